@@ -1,0 +1,1 @@
+"""The avoidance systems, each fits the socket `Avoidance` in flight/ports.py."""

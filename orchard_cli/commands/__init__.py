@@ -1,0 +1,1 @@
+"""The door: one file per verb; wiring.py plugs the sockets."""

@@ -1,0 +1,1 @@
+"""Flying a mission: states, safety, the loop, and the sockets that equipment fits."""

@@ -1,0 +1,1 @@
+"""Frames, geodesy, polygons."""

@@ -1,0 +1,1 @@
+"""The rolling occupancy grid and its distance field."""

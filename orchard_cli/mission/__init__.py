@@ -1,0 +1,1 @@
+"""Orchard and settings -> Mission: route, spline, time law, checks, files."""

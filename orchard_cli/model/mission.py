@@ -1,0 +1,100 @@
+"""The mission: everything that is decided before take-off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from .arrays import Array, Points, Vector, frozen
+from .site import Orchard
+from .trajectory import BSpline, Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the vehicle may do on this mission."""
+
+    speed: float = 1.0  # m/s
+    acceleration: float = 0.5  # m/s²
+    yaw_rate: float = 0.8  # rad/s
+    climb_speed: float = 0.7  # m/s
+    clearance: float = 0.85  # m, airframe's centre to any obstacle's surface, never less
+    airframe_radius: float = 0.35  # m, centre to the outermost rotor tip
+    endurance: float = 600.0  # s of hover on a full battery (Liu 2024, §6.1)
+    reserve: float = 0.2  # share of the battery that must be left at landing
+
+
+class Leg(Enum):
+    """What a stretch of the route is for."""
+
+    TRANSIT = "transit"
+    ROW = "row"
+    HEADLAND = "headland"
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A stretch of the trajectory in mission time; spray is on along rows only."""
+
+    leg: Leg
+    start: float  # s since the trajectory's start
+    end: float  # s
+    row: int | None = None  # index into Orchard.rows
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a mission came from."""
+
+    survey: str  # file name
+    survey_sha256: str
+    tool_version: str
+    created_utc: str  # ISO 8601
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mission:
+    """A planned flight: Π waypoints, their global B-spline, and the timed trajectory to fly.
+
+    The trajectory starts at rest above `takeoff_site`, runs through the route and ends at rest
+    above `landing_site`; its clock starts at 0 and the runner shifts it to the flight clock.
+    """
+
+    name: str
+    orchard: Orchard
+    waypoints_site: Points  # (n, 3) m, the Π's corners in flight order
+    waypoints_wgs84: Array  # (n, 3) latitude deg, longitude deg, height m as the origin's reference
+    route_length: float  # m along the Π from the first waypoint to the last
+    corner_cut: float  # m, bound on the distance from a Π corner to the curve
+    spline: BSpline
+    trajectory: Trajectory
+    segments: tuple[Segment, ...]
+    takeoff_site: Vector  # (2,) m
+    landing_site: Vector  # (2,) m
+    limits: Limits
+    swath: float  # m, width treated by one pass
+    energy_share: float  # of the battery, estimated from take-off to landing
+    provenance: Provenance
+
+    def __post_init__(self) -> None:
+        for name, shape in (
+            ("waypoints_site", (None, 3)),
+            ("waypoints_wgs84", (None, 3)),
+            ("takeoff_site", (2,)),
+            ("landing_site", (2,)),
+        ):
+            object.__setattr__(self, name, frozen(getattr(self, name), shape, name))
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first waypoint reached to the last, as planned."""
+        start = next(s.start for s in self.segments if s.leg is not Leg.TRANSIT)
+        end = next(s.end for s in reversed(self.segments) if s.leg is not Leg.TRANSIT)
+        return end - start
+
+    @property
+    def flight_height_site(self) -> float:
+        """z of the first waypoint, m: where take-off ends."""
+        return float(np.asarray(self.waypoints_site)[0, 2])

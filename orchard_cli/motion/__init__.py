@@ -1,0 +1,1 @@
+"""Curves in space and time: fitting, timing, searching and optimising. No orchard words."""

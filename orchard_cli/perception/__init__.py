@@ -1,0 +1,1 @@
+"""Depth, radar, range, images -> obstacles."""

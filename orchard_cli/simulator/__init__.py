@@ -1,0 +1,1 @@
+"""The embedded simulator: world, renderer, body, autopilot (MAVLink)."""

@@ -1,0 +1,1 @@
+"""The MAVSDK link and the watchdog."""
