@@ -50,7 +50,7 @@ class PlannerRecord:
 
 @dataclass(frozen=True, slots=True)
 class SafetyRecord:
-    """The flight's state and the faults that it sees: /safety. Written on every change and at 1 Hz."""
+    """The flight's state and the faults seen: /safety. Written on every change and at 1 Hz."""
 
     time: float
     phase: str
@@ -81,7 +81,7 @@ class TruthRecord:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NewTrajectory:
-    """A trajectory taken into flight, and the guide path that led to it: /trajectory, /guide_path."""
+    """A trajectory taken into flight, and its guide path: /trajectory, /guide_path."""
 
     time: float
     trajectory: Trajectory

@@ -56,7 +56,7 @@ class Avoid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stop:
-    """No way round was found: fly this braking trajectory, which ends at rest in seen, free space."""
+    """No way round was found: fly this trajectory, which brakes to rest in seen, free space."""
 
     trajectory: Trajectory
     why: str
