@@ -1,1 +1,6 @@
-"""The MAVSDK link and the watchdog."""
+"""The MAVSDK link and the deadman."""
+
+from .deadman import Deadman
+from .link import MavsdkVehicle, connect
+
+__all__ = ["Deadman", "MavsdkVehicle", "connect"]

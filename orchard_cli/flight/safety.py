@@ -1,0 +1,163 @@
+"""Safety speaks last: which hazards are seen, and what each means in each phase.
+
+TABLE is the whole of it: every phase × every hazard has a cell. Hazards are listed by precedence,
+the first one present decides. A cell names the phase to go to, or STAY.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from orchard_cli.model.vehicle import FlightMode, Landed, VehicleState
+
+
+class Phase(Enum):
+    """Where the flight stands."""
+
+    PREFLIGHT = "preflight"
+    TAKEOFF = "take-off"
+    RESUME = "resume"  # getting to the route's next point and looking along it, then ROUTE
+    ROUTE = "route"
+    AVOIDANCE = "avoidance"
+    HOLD = "hold"
+    RETURN = "return"
+    LANDING = "landing"
+    PILOT = "pilot"  # somebody or something else flies: keep quiet
+    ENDED = "ended"
+
+
+class Hazard(Enum):
+    """What can be wrong, or be asked for, by precedence."""
+
+    PILOT = "the pilot or another station changed the mode"
+    CRASHED = "disarmed in the air or on the ground out of turn"
+    LAND_ASKED = "landing asked for"
+    BATTERY_CRITICAL = "battery critical"
+    LINK_SILENT = "no telemetry"
+    RETURN_ASKED = "return asked for"
+    BATTERY_LOW = "battery at the share needed to come back"
+    HOLD_ASKED = "hold asked for"
+    OFF_TRACK = "the vehicle is not where it was sent"
+    FRAME_LATE = "no fresh depth frame"
+    PLANNER_LATE = "the planner is late"
+    BLOCKED = "no way round the obstacle"
+
+
+STAY = None
+_P = Phase
+_COLUMNS = (
+    _P.PREFLIGHT, _P.TAKEOFF, _P.RESUME, _P.ROUTE, _P.AVOIDANCE,
+    _P.HOLD, _P.RETURN, _P.LANDING, _P.PILOT, _P.ENDED,
+)  # fmt: skip
+_HOLD, _BACK, _LAND, _OUT, _OVER = _P.HOLD, _P.RETURN, _P.LANDING, _P.PILOT, _P.ENDED
+_ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
+    # hazard                PREFLIGHT TAKEOFF RESUME ROUTE AVOID  HOLD   RETURN LANDING PILOT ENDED
+    Hazard.PILOT:            (STAY,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  STAY, STAY),
+    Hazard.CRASHED:          (STAY,  _OVER, _OVER, _OVER, _OVER, _OVER, _OVER, STAY,  STAY, STAY),
+    Hazard.LAND_ASKED:       (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
+    Hazard.BATTERY_CRITICAL: (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
+    Hazard.LINK_SILENT:      (STAY,  _HOLD, _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.RETURN_ASKED:     (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
+    Hazard.BATTERY_LOW:      (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
+    Hazard.HOLD_ASKED:       (_OVER, _HOLD, _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.OFF_TRACK:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.FRAME_LATE:       (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.PLANNER_LATE:     (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.BLOCKED:          (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+}  # fmt: skip
+TABLE: dict[tuple[Phase, Hazard], Phase | None] = {
+    (phase, hazard): cell
+    for hazard, row in _ROWS.items()
+    for phase, cell in zip(_COLUMNS, row, strict=True)
+}
+
+
+class Request(Enum):
+    """What the operator asks for."""
+
+    HOLD = "hold"
+    CONTINUE = "continue"
+    RETURN = "return"
+    LAND = "land"
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """When something counts as a hazard."""
+
+    silence: float = 1.0  # s without telemetry
+    frame_age: float = 0.5  # s since the newest depth frame was taken
+    planner_age: float = 0.5  # s since the last onboard cycle ended
+    off_track: float = 1.5  # m between the vehicle and its setpoint
+    mode_grace: float = 2.0  # s, modes are told once a second
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """All that a decision is made from. Ages are infinite before the first arrival."""
+
+    vehicle: VehicleState | None
+    silence: float  # s since anything was heard
+    frame_age: float  # s
+    planner_age: float  # s
+    off_track: float  # m between the vehicle and its setpoint; 0 when nothing is streamed
+    blocked: bool  # the last verdict was to stop
+    avoiding: bool  # between leaving the reference and being back on it
+    still: bool  # standing at the end of what it was told to do
+    joined: bool  # at the route's next point and looking along it
+    route_done: bool
+    return_share: float  # of the battery, needed to come back from here, with the reserve
+    critical_share: float  # of the battery, below it land at once
+    not_ready: tuple[str, ...]  # reasons against arming
+    request: Request | None = None
+    refused: str | None = None  # what the autopilot said when it last refused
+
+
+_OURS = {  # modes that this program itself brings about, by phase
+    Phase.TAKEOFF: {FlightMode.TAKEOFF, FlightMode.HOLD},
+    Phase.RESUME: {FlightMode.HOLD, FlightMode.TAKEOFF, FlightMode.OFFBOARD},
+    Phase.ROUTE: {FlightMode.OFFBOARD},
+    Phase.AVOIDANCE: {FlightMode.OFFBOARD},
+    Phase.HOLD: {FlightMode.OFFBOARD, FlightMode.HOLD, FlightMode.TAKEOFF},
+    Phase.RETURN: {FlightMode.OFFBOARD, FlightMode.HOLD},
+    Phase.LANDING: {FlightMode.OFFBOARD, FlightMode.HOLD, FlightMode.TAKEOFF, FlightMode.LAND},
+}
+
+
+def hazards(phase: Phase, age: float, seen: Seen, tolerances: Tolerances) -> tuple[Hazard, ...]:
+    """Every hazard present, by precedence. `age` is the seconds since the phase began."""
+    vehicle, found = seen.vehicle, []
+    flying = phase not in (Phase.PREFLIGHT, Phase.ENDED)
+    if vehicle is not None and flying:
+        foreign = vehicle.mode not in _OURS.get(phase, set(FlightMode))
+        sticks = vehicle.mode is FlightMode.PILOT
+        if sticks or (foreign and age > tolerances.mode_grace):
+            found.append(Hazard.PILOT)
+        if not vehicle.armed and vehicle.landed in (Landed.ON_GROUND, Landed.IN_AIR):
+            found.append(Hazard.CRASHED)
+        if vehicle.battery_share < seen.critical_share:
+            found.append(Hazard.BATTERY_CRITICAL)
+        if vehicle.battery_share < seen.return_share:
+            found.append(Hazard.BATTERY_LOW)
+    present = (
+        (seen.request is Request.LAND, Hazard.LAND_ASKED),
+        (seen.request is Request.RETURN, Hazard.RETURN_ASKED),
+        (seen.request is Request.HOLD, Hazard.HOLD_ASKED),
+        (seen.silence > tolerances.silence, Hazard.LINK_SILENT),
+        (seen.off_track > tolerances.off_track, Hazard.OFF_TRACK),
+        (seen.frame_age > tolerances.frame_age, Hazard.FRAME_LATE),
+        (seen.planner_age > tolerances.planner_age, Hazard.PLANNER_LATE),
+        (seen.blocked, Hazard.BLOCKED),
+    )
+    found += [hazard for is_present, hazard in present if is_present]
+    return tuple(hazard for hazard in Hazard if hazard in found)
+
+
+def reaction(phase: Phase, found: tuple[Hazard, ...]) -> tuple[Phase, Hazard] | None:
+    """Where the first hazard that matters here leads, or None to carry on."""
+    for hazard in found:
+        target = TABLE[phase, hazard]
+        if target is not None:
+            return target, hazard
+    return None

@@ -1,0 +1,19 @@
+"""The flight clock of a real vehicle."""
+
+from __future__ import annotations
+
+import time
+
+
+class MonotonicClock:
+    """Fits flight/ports.py `Clock`: the operating system's monotonic clock."""
+
+    def now(self) -> float:
+        """Seconds."""
+        return time.monotonic()
+
+    def sleep_until(self, time_s: float) -> None:
+        """Sleep until `time_s` of this clock."""
+        wait = time_s - time.monotonic()
+        if wait > 0:
+            time.sleep(wait)

@@ -1,0 +1,236 @@
+"""The vehicle socket on MAVSDK 4: connect, stream setpoints, ask for things.
+
+The only file besides telemetry.py that imports mavsdk. Blocking calls run one after the other in a
+thread of their own; setpoints go straight through (3 µs). That a command was carried out is never
+read from its result (PX4 acknowledges mode changes before it decides): see `state().mode`.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import mavsdk
+import numpy as np
+from mavsdk.plugins.action import Action
+from mavsdk.plugins.events import Events
+from mavsdk.plugins.offboard import (
+    AccelerationNed,
+    Offboard,
+    PositionNedYaw,
+    VelocityNedYaw,
+)
+from mavsdk.plugins.param import Param
+from mavsdk.plugins.telemetry import Telemetry
+
+from orchard_cli.errors import LinkError
+from orchard_cli.geometry.geodesy import site_from_wgs84
+from orchard_cli.model.site import SiteOrigin
+from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
+
+from .failsafes import Finding, judge, rules
+from .frames import LocalFrame
+from .port_lock import PortLock
+from .telemetry import TelemetryFeed
+
+Now = Callable[[], float]
+
+_RATES = (  # Hz; what is not needed is turned down, so that the link carries what is
+    ("set_rate_odometry", 50.0),
+    ("set_rate_position_velocity_ned", 50.0),
+    ("set_rate_landed_state", 10.0),
+    ("set_rate_battery", 2.0),
+    ("set_rate_attitude_euler", 10.0),
+    ("set_rate_attitude_quaternion", 10.0),
+    ("set_rate_position", 5.0),
+    ("set_rate_imu", 5.0),
+)
+
+
+def connect(url: str, origin: SiteOrigin, now: Now, patience: float = 15.0) -> MavsdkVehicle:
+    """Wait up to `patience` s of real time for an autopilot on a MAVSDK connection URL.
+
+    Raises LinkError with what was waited for when none answers.
+    """
+    lock = PortLock(url)
+    mavsdk.log_subscribe(lambda *_: True)  # its coloured lines would break --json
+    configuration = mavsdk.Configuration.create_with_component_type(
+        mavsdk.ComponentType.COMPANION_COMPUTER
+    )
+    hub = mavsdk.Mavsdk(configuration)
+    try:
+        return MavsdkVehicle(hub, _first_autopilot(hub, url, patience), origin, now, lock)
+    except BaseException:
+        hub.destroy()
+        lock.release()
+        raise
+
+
+def _first_autopilot(hub: mavsdk.Mavsdk, url: str, patience: float) -> Any:
+    try:
+        hub.add_any_connection(url)
+    except Exception as error:  # MAVSDK raises its own and the built-in ConnectionError
+        raise LinkError(f"cannot open {url}: {error}") from error
+    system = hub.first_autopilot(patience)
+    if system is None:
+        raise LinkError(
+            f"no heartbeat on {url} within {patience:.0f} s; is the autopilot on, "
+            "and does it send to this port?"
+        )
+    return system
+
+
+class MavsdkVehicle:
+    """Fits flight/ports.py `Vehicle`."""
+
+    def __init__(
+        self, hub: mavsdk.Mavsdk, system: Any, origin: SiteOrigin, now: Now, lock: PortLock
+    ) -> None:
+        self._hub = hub
+        self._lock = lock
+        self._now = now
+        self._system = system
+        self._action = Action(system)
+        self._param = Param(system)
+        self._events = Events(system)
+        self._offboard: Any = Offboard(system)
+        self._telemetry = Telemetry(system)
+        self._frame = self._local_frame(origin)
+        self._feed = TelemetryFeed(self._telemetry, self._frame, now)
+        self._answers: deque[Answer] = deque()
+        self._wishes: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._worker = threading.Thread(target=self._work, name="vehicle-commands", daemon=True)
+        self._worker.start()
+        system.subscribe_is_connected(self._on_connected)
+        self._wishes.put(self._set_rates)
+
+    def state(self) -> VehicleState | None:
+        """Newest telemetry, in the site frame."""
+        return self._feed.state()
+
+    def poses(self, since: float) -> tuple[Pose, ...]:
+        """Poses measured after `since`."""
+        return self._feed.poses(since)
+
+    def send(self, setpoint: Setpoint) -> None:
+        """Stream position, velocity, acceleration and yaw."""
+        if self._offboard is None:
+            self._offboard = Offboard(self._system)
+        p = self._frame.position_ned(setpoint.position_site)
+        v = self._frame.vector_ned(setpoint.velocity_site)
+        a = self._frame.vector_ned(setpoint.acceleration_site)
+        yaw = float(np.degrees(self._frame.yaw_ned(setpoint.yaw_site)))
+        down = float(p[2]) + self._feed.ground_down
+        self._offboard.set_position_velocity_acceleration_ned(
+            PositionNedYaw(float(p[0]), float(p[1]), down, yaw),
+            VelocityNedYaw(float(v[0]), float(v[1]), float(v[2]), yaw),
+            AccelerationNed(float(a[0]), float(a[1]), float(a[2])),
+        )
+
+    def stop_sending(self) -> None:
+        """End MAVSDK's own re-sending too: only destroying the plugin does."""
+        if self._offboard is not None:
+            self._offboard.destroy()
+            self._offboard = None
+
+    def command(self, command: Command, height: float = float("nan")) -> None:
+        """Queue a command; its answer comes through `answers`."""
+        self._wishes.put(lambda: self._carry_out(command, height))
+
+    def answers(self) -> tuple[Answer, ...]:
+        """Answers since the last call."""
+        taken = []
+        while self._answers:
+            taken.append(self._answers.popleft())
+        return tuple(taken)
+
+    def unsafe_failsafes(self, flight_height: float) -> tuple[Finding, ...]:
+        """Failsafe parameters that are missing or unsafe. Blocks; call before arming."""
+        values = {rule.name: self._read(rule.name, rule.is_float) for rule in rules(flight_height)}
+        return judge(values, flight_height)
+
+    def mend_failsafes(self, findings: tuple[Finding, ...]) -> None:
+        """Write the wanted values. Blocks. Raises LinkError naming what was refused."""
+        for finding in findings:
+            try:
+                if finding.is_float:
+                    self._param.set_param_float(finding.name, float(finding.wanted))
+                else:
+                    self._param.set_param_int(finding.name, int(finding.wanted))
+            except mavsdk.MavsdkError as error:
+                raise LinkError(f"could not set {finding.name}: {error.result.name}") from error
+
+    def close(self) -> None:
+        """Stop the stream and let go of the link."""
+        self._wishes.put(None)
+        self._worker.join(timeout=5.0)
+        self._hub.destroy()
+        self._lock.release()
+
+    def _read(self, name: str, is_float: bool) -> float | None:
+        read = self._param.get_param_float if is_float else self._param.get_param_int
+        try:
+            return float(read(name))
+        except mavsdk.MavsdkError:
+            return None
+
+    def _local_frame(self, origin: SiteOrigin) -> LocalFrame:
+        try:
+            local = self._telemetry.get_gps_global_origin()
+        except mavsdk.MavsdkError as error:
+            raise LinkError(
+                f"the autopilot has no global origin yet ({error.result.name}); wait for GPS"
+            ) from error
+        x, y = site_from_wgs84(origin, local.latitude_deg, local.longitude_deg)
+        return LocalFrame(origin.heading, np.array([x, y, 0.0]))
+
+    def _on_connected(self, connected: bool) -> None:
+        if connected:  # an autopilot that rebooted has forgotten its rates
+            self._wishes.put(self._set_rates)
+
+    def _set_rates(self) -> None:
+        for name, rate in _RATES:
+            try:
+                getattr(self._telemetry, name)(rate)
+            except mavsdk.MavsdkError:
+                continue  # the stream stays at the autopilot's own rate
+
+    def _work(self) -> None:
+        while (wish := self._wishes.get()) is not None:
+            wish()
+
+    def _carry_out(self, command: Command, height: float) -> None:
+        try:
+            self._ask(command, height)
+            accepted, said = True, "accepted"
+        except mavsdk.MavsdkError as error:
+            accepted, said = False, " ".join((error.result.name, *self._reasons(command)))
+        self._answers.append(Answer(command, accepted, said, self._now()))
+
+    def _ask(self, command: Command, height: float) -> None:
+        if command is Command.TAKEOFF:
+            self._action.set_takeoff_altitude(float(height))
+            self._action.takeoff()
+        elif command is Command.OFFBOARD:
+            self._offboard.start()
+        else:
+            {
+                Command.ARM: self._action.arm,
+                Command.DISARM: self._action.disarm,
+                Command.HOLD: self._action.hold,
+                Command.RETURN: self._action.return_to_launch,
+                Command.LAND: self._action.land,
+            }[command]()
+
+    def _reasons(self, command: Command) -> tuple[str, ...]:
+        """The autopilot's own words for a refusal to arm, where it gives any."""
+        if command is not Command.ARM:
+            return ()
+        try:
+            report = self._events.get_health_and_arming_checks_report()
+        except mavsdk.MavsdkError:
+            return ()
+        return tuple(problem.message for problem in report.all_problems)
