@@ -1,1 +1,16 @@
 """The rolling occupancy grid and its distance field."""
+
+from .band import Band
+from .distance import DistanceField, distance_field
+from .grid import OccupancyGrid
+from .insert import InsertReport
+from .settings import GridSettings
+
+__all__ = [
+    "Band",
+    "DistanceField",
+    "GridSettings",
+    "InsertReport",
+    "OccupancyGrid",
+    "distance_field",
+]
