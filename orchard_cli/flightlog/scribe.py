@@ -1,0 +1,225 @@
+"""Which record goes to which topic, in which form, and how often."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+from foxglove import Channel, Context, channels
+
+from orchard_cli.flightlog import forms, messages
+from orchard_cli.flightlog.messages import known, known_vector, vector
+from orchard_cli.flightlog.scene import scene
+from orchard_cli.model.depth import DepthFrame
+from orchard_cli.model.records import (
+    LogLine,
+    NewTrajectory,
+    OccupiedCells,
+    PlannerRecord,
+    RunHeader,
+    SafetyRecord,
+    SprayRecord,
+    TruthRecord,
+)
+from orchard_cli.model.vehicle import Setpoint, VehicleState
+
+SCHEMA = "orchard-log/1"
+
+TimedRecord = (
+    VehicleState
+    | Setpoint
+    | DepthFrame
+    | LogLine
+    | PlannerRecord
+    | SafetyRecord
+    | SprayRecord
+    | TruthRecord
+    | NewTrajectory
+    | OccupiedCells
+)
+"""Every record but the header."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """How many messages a second, at most, of the topics that would swell the log."""
+
+    depth: float = 2.0  # 848x480: 0.8 MB each before compression
+    cells: float = 2.0
+    battery: float = 1.0
+
+
+def metadata(header: RunHeader) -> dict[str, str]:
+    """The run as MCAP metadata; the utc offset is in whole nanoseconds."""
+    return {
+        "schema": SCHEMA,
+        "run_id": header.run_id,
+        "system": header.system,
+        "tool_version": header.tool_version,
+        "vehicle": header.vehicle,
+        "site": header.site,
+        "simulated": "yes" if header.simulated else "no",
+        "seed": "" if header.seed is None else str(header.seed),
+        "utc_offset_ns": str(round(header.utc_offset * 1e9)),
+    }
+
+
+class Scribe:
+    """Writes records to the channels of a log. One thread only."""
+
+    def __init__(self, context: Context, header: RunHeader, rates: Rates) -> None:
+        self._header = header
+        self._offset = round(header.utc_offset * 1e9)
+        self._rates = rates
+        self._due: dict[str, float] = {}
+        self._drawn = False
+        self._json = {
+            topic: Channel(topic, schema=messages.schema(kind), context=context)
+            for topic, kind in messages.JSON_TOPICS.items()
+        }
+        self._fox: Mapping[str, Any] = {
+            topic: kind(topic, context=context)
+            for topic, kind in (
+                ("/tf", channels.FrameTransformsChannel),
+                ("/pose", channels.PoseInFrameChannel),
+                ("/plan/waypoints", channels.PosesInFrameChannel),
+                ("/plan/spline", channels.PosesInFrameChannel),
+                ("/trajectory", channels.PosesInFrameChannel),
+                ("/guide_path", channels.PosesInFrameChannel),
+                ("/map/occupied", channels.PointCloudChannel),
+                ("/camera/depth", channels.RawImageChannel),
+                ("/camera/calibration", channels.CameraCalibrationChannel),
+                ("/scene", channels.SceneUpdateChannel),
+                ("/log", channels.LogChannel),
+            )
+        }
+
+    def write(self, record: TimedRecord) -> None:
+        """Log one record under its own time; ValueError when it holds a number that is none."""
+        utc = self._offset + round(record.time * 1e9)
+        if not self._drawn:
+            self._drawn = True
+            self._plan(utc)
+        self._dispatch(record, utc)
+
+    def _dispatch(self, record: TimedRecord, utc: int) -> None:
+        match record:
+            case VehicleState():
+                self._state(record, utc)
+            case DepthFrame():
+                self._frame(record, utc)
+            case OccupiedCells():
+                if self._is_due("/map/occupied", record.time, self._rates.cells):
+                    self._log("/map/occupied", forms.occupied(record, utc), utc)
+            case NewTrajectory():
+                self._trajectory(record, utc)
+            case LogLine():
+                self._log("/log", forms.log_line(record, utc), utc)
+            case _:
+                topic, message = _json_form(record)
+                self._say(topic, message, utc)
+
+    def _plan(self, utc: int) -> None:
+        mission = self._header.mission
+        self._log("/plan/waypoints", forms.path(mission.waypoints_site, utc), utc)
+        self._log("/plan/spline", forms.spline(mission, utc), utc)
+        self._log("/scene", scene(mission.orchard, utc), utc)
+
+    def _state(self, state: VehicleState, utc: int) -> None:
+        odometry = messages.Odometry(
+            time=state.time,
+            position_m=vector(state.position_site),
+            velocity_m_s=vector(state.velocity_site),
+            site_from_body=vector(state.site_from_body),
+            angular_velocity_rad_s=known_vector(state.angular_velocity_body),
+            armed=state.armed,
+            mode=state.mode.value,
+            landed=state.landed.value,
+            ready=state.ready,
+            not_ready=list(state.not_ready),
+            heard=state.heard,
+        )
+        self._say("/odometry", odometry, utc)
+        self._log("/tf", forms.body_transform(state, utc), utc)
+        self._log("/pose", forms.pose(state, utc), utc)
+        if self._is_due("/battery", state.time, self._rates.battery):
+            battery = messages.Battery(
+                time=state.time,
+                share=known(state.battery_share),
+                voltage_v=known(state.battery_voltage),
+            )
+            self._say("/battery", battery, utc)
+
+    def _frame(self, frame: DepthFrame, utc: int) -> None:
+        if self._is_due("/camera/depth", frame.time, self._rates.depth):
+            self._log("/camera/calibration", forms.calibration(frame.camera, utc), utc)
+            self._log("/tf", forms.camera_transform(frame.camera, utc), utc)
+            self._log("/camera/depth", forms.depth_image(frame, utc), utc)
+
+    def _trajectory(self, record: NewTrajectory, utc: int) -> None:
+        curve = messages.Curve(
+            time=record.time,
+            start=record.trajectory.start,
+            interval=record.trajectory.interval,
+            control_points_m=vector(record.trajectory.control_points_site.ravel()),
+            why=record.why,
+        )
+        self._say("/trajectory/curve", curve, utc)
+        self._log("/trajectory", forms.trajectory_ahead(record, utc), utc)
+        self._log("/guide_path", forms.path(record.guide_site, utc), utc)
+
+    def _is_due(self, topic: str, time: float, rate: float) -> bool:
+        due = self._due.get(topic, time)
+        if time < due:
+            return False
+        self._due[topic] = max(due + 1.0 / rate, time)
+        return True
+
+    def _log(self, topic: str, message: Any, utc: int) -> None:
+        self._fox[topic].log(message, log_time=utc)
+
+    def _say(self, topic: str, message: msgspec.Struct, utc: int) -> None:
+        self._json[topic].log(msgspec.json.encode(message), log_time=utc)
+
+
+def _json_form(record: TimedRecord) -> tuple[str, msgspec.Struct]:
+    match record:
+        case Setpoint():
+            return "/setpoint", messages.Setpoint(
+                time=record.time,
+                position_m=vector(record.position_site),
+                velocity_m_s=known_vector(record.velocity_site),
+                acceleration_m_s2=known_vector(record.acceleration_site),
+                yaw_rad=record.yaw_site,
+                yaw_rate_rad_s=record.yaw_rate,
+            )
+        case PlannerRecord():
+            return "/planner", messages.Planner(
+                time=record.time,
+                frame_time=record.frame_time,
+                decision=record.decision,
+                why=record.why,
+                blocked_at_m=known(record.blocked_at),
+                stages=[messages.Stage(name=n, ms=ms) for n, ms in record.stages_ms.items()],
+            )
+        case SafetyRecord():
+            return "/safety", messages.Safety(
+                time=record.time,
+                phase=record.phase,
+                action=record.action,
+                why=record.why,
+                faults=list(record.faults),
+            )
+        case SprayRecord():
+            row = msgspec.UNSET if record.row is None else record.row
+            return "/spray", messages.Spray(time=record.time, on=record.on, row=row, why=record.why)
+        case TruthRecord():
+            return "/truth", messages.Truth(
+                time=record.time,
+                position_m=vector(record.position_site),
+                velocity_m_s=vector(record.velocity_site),
+                site_from_body=vector(record.site_from_body),
+            )
+    raise ValueError(f"no topic for {type(record).__name__}")

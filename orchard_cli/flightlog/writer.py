@@ -1,0 +1,177 @@
+"""The recorder: takes records without ever holding up the flight, and writes them as MCAP."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import queue
+import threading
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+
+import foxglove
+from foxglove.mcap import MCAPWriteOptions, MCAPWriter
+
+from orchard_cli.flightlog.scribe import Rates, Scribe, metadata
+from orchard_cli.flightlog.sink import Sink
+from orchard_cli.model.depth import DepthFrame
+from orchard_cli.model.records import LogLine, OccupiedCells, Record, RunHeader, Severity
+
+CHUNK_SECONDS = 0.5
+"""A chunk is closed and handed to the disk at least this often, in flight time."""
+
+QUEUE_LENGTH = 4096
+BULKY_LENGTH = 64
+"""Depth images and maps are dropped first: when this many records wait already."""
+
+CLOSING_LIMIT = 20.0
+"""s that `close` waits for a disk that hangs; the file is then cut, and readable up to the cut."""
+
+_MEDIA = {".json": "application/json", ".toml": "application/toml"}
+
+
+class McapRecorder:
+    """Fits the socket `Recorder` of flight/ports.py.
+
+    `write` puts the record on a bounded queue; a thread encodes, compresses and writes. A full
+    queue or a failing disk costs records, counted in `losses` and said in /log, never time.
+    With `patient` (lockstep, where flight time waits for the log) nothing is dropped: `write`
+    waits for the thread instead.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        rates: Rates | None = None,
+        overwrite: bool = False,
+        patient: bool = False,
+    ) -> None:
+        """Create the file. Raises InputError when it exists or cannot be written."""
+        self._sink = Sink(Path(path), overwrite, sync=not patient)
+        self._rates = rates or Rates()
+        self._patient = patient
+        self._queue: queue.Queue[Record | None] = queue.Queue(QUEUE_LENGTH)
+        self._dropped: Counter[str] = Counter()  # by the flight's thread
+        self._failed: Counter[str] = Counter()  # by the log's thread
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="flightlog", daemon=True)
+        self._thread.start()
+
+    @property
+    def losses(self) -> Mapping[str, int]:
+        """How many records were lost so far, by reason; empty when none."""
+        return {**self._dropped, **self._failed}
+
+    def write(self, record: Record) -> None:
+        """Queue one record; never raises, and never waits unless patient."""
+        bulky = isinstance(record, DepthFrame | OccupiedCells)
+        if self._closed:
+            self._dropped["after the end"] += 1
+        elif bulky and not self._patient and self._queue.qsize() >= BULKY_LENGTH:
+            self._dropped["image or map: the writer is behind"] += 1
+        else:
+            try:
+                self._queue.put(record, block=self._patient)
+            except queue.Full:
+                self._dropped["the queue is full"] += 1
+
+    def close(self) -> None:
+        """Write out everything that is queued and finish the file."""
+        if not self._closed:
+            self._closed = True
+            with contextlib.suppress(queue.Full):
+                self._queue.put(None, timeout=CLOSING_LIMIT)
+            self._thread.join(CLOSING_LIMIT)
+            if self._thread.is_alive():
+                self._dropped["the disk hangs: the end"] += 1
+
+    def _run(self) -> None:
+        writing = _Writing(self._sink, self._rates)
+        while (record := self._next(writing)) is not None:
+            try:
+                writing.take(record)
+                writing.tell(self.losses)
+            except Exception as error:  # a log must not end a flight: count, go on
+                self._failed[f"{type(record).__name__}: {error}"] += 1
+        try:
+            writing.finish(self.losses)
+        except Exception as error:
+            self._failed[f"the end: {error}"] += 1
+
+    def _next(self, writing: _Writing) -> Record | None:
+        """The next record; a pause in the flight ends the chunk, so that a kill loses nothing."""
+        while not self._patient:
+            try:
+                return self._queue.get(timeout=CHUNK_SECONDS)
+            except queue.Empty:
+                writing.commit()
+        return self._queue.get()
+
+
+class _Writing:
+    """The log's thread: everything that touches the file."""
+
+    def __init__(self, sink: Sink, rates: Rates) -> None:
+        self._sink = sink
+        self._rates = rates
+        self._context = foxglove.Context()
+        options = MCAPWriteOptions(compression_level=1, compression_threads=0, disable_seeking=True)
+        self._mcap: MCAPWriter = foxglove.open_mcap(
+            sink, context=self._context, writer_options=options
+        )
+        self._scribe: Scribe | None = None
+        self._now = float("-inf")  # s, flight clock, of the newest record
+        self._committed = float("-inf")
+        self._told = 0
+
+    def take(self, record: Record) -> None:
+        """Log one record; raises when it cannot be."""
+        if isinstance(record, RunHeader):
+            self._begin(record)
+            return
+        if self._scribe is None:
+            raise ValueError("came before the run's header")
+        if self._sink.failure and isinstance(record, DepthFrame | OccupiedCells):
+            raise OSError(self._sink.failure)
+        self._scribe.write(record)
+        self._now = record.time
+        if abs(self._now - self._committed) >= CHUNK_SECONDS:
+            self.commit()
+
+    def tell(self, losses: Mapping[str, int]) -> None:
+        """Say in the log what it has lost, when that has grown since the last chunk."""
+        total = sum(losses.values())
+        at_chunk_end = math.isfinite(self._now) and self._now == self._committed
+        if self._scribe and total > self._told and at_chunk_end:
+            self._told = total
+            lost = ", ".join(f"{count} ({why})" for why, count in losses.items())
+            text = f"the log has lost {total} records: {lost}"
+            self._scribe.write(LogLine(self._now, Severity.WARNING, text, "flightlog"))
+
+    def commit(self) -> None:
+        """End the chunk and hand it to the disk."""
+        self._committed = self._now
+        self._mcap.flush()
+        self._sink.commit()
+
+    def finish(self, losses: Mapping[str, int]) -> None:
+        """Say what was lost, write the index and close the file."""
+        self._committed = self._now
+        self.tell(losses)
+        self._mcap.close()
+        self._sink.close()
+
+    def _begin(self, header: RunHeader) -> None:
+        if self._scribe is not None:
+            raise ValueError("a run has one header")
+        self._mcap.write_metadata("orchard", metadata(header))
+        utc = round(header.utc_offset * 1e9)
+        for name, data in header.attachments.items():
+            media = _MEDIA.get(Path(name).suffix, "application/octet-stream")
+            self._mcap.attach(
+                log_time=utc, create_time=0, name=name, media_type=media, data=bytes(data)
+            )
+        self._scribe = Scribe(self._context, header, self._rates)
+        self.commit()
