@@ -131,8 +131,10 @@ def _route(stage: Stage, seen: Seen, now: float) -> Stage:
 
 def _hold(stage: Stage, seen: Seen, now: float) -> Stage:
     waited = now - stage.since
+    if stage.cause is Hazard.BLOCKED and not seen.blocked:
+        return Stage(Phase.ROUTE, now, "a way round was found", safe_end=stage.safe_end)
     gone = {
-        Hazard.BLOCKED: not seen.blocked,
+        Hazard.BLOCKED: False,
         Hazard.FRAME_LATE: seen.frame_age < 0.3,
         Hazard.PLANNER_LATE: seen.planner_age < 0.3,
         Hazard.OFF_TRACK: seen.still and seen.off_track < 0.5,

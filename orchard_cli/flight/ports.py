@@ -9,6 +9,9 @@ from orchard_cli.model.records import Record, TruthRecord
 from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
 from orchard_cli.motion.situation import Situation, Verdict
 
+from .safety import Request
+from .status import Status
+
 
 class Clock(Protocol):
     """The flight clock: monotonic on a real vehicle, simulated when simulated."""
@@ -95,4 +98,32 @@ class Recorder(Protocol):
 
     def close(self) -> None:
         """Write out everything and finish the file."""
+        ...
+
+
+class Display(Protocol):
+    """Where a human watches."""
+
+    def show(self, status: Status) -> None:
+        """Take the newest status; drawing happens elsewhere."""
+        ...
+
+
+class Operator(Protocol):
+    """The human at the keyboard."""
+
+    def request(self) -> Request | None:
+        """What was asked for since the last call."""
+        ...
+
+
+class Guard(Protocol):
+    """Ends the process from outside when it is not fed (vehicle/deadman.py)."""
+
+    def feed(self) -> None:
+        """The loop is alive."""
+        ...
+
+    def disarm(self) -> None:
+        """Nothing is streamed any more."""
         ...

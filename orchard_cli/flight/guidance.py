@@ -1,0 +1,170 @@
+"""What is flown at this moment: the one maker of setpoints.
+
+It stands, or brakes, or joins the route (straight to its start, then turns to look along it), or
+follows a trajectory. Position, velocity and acceleration never step: trajectories are exchanged
+only for others that agree up to the instant of the exchange, or while standing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from orchard_cli.model.arrays import Points, Vector
+from orchard_cli.model.mission import Limits
+from orchard_cli.model.trajectory import Trajectory
+from orchard_cli.model.vehicle import Setpoint, VehicleState
+from orchard_cli.motion.braking import brake
+from orchard_cli.motion.situation import Avoid, Keep, Stop, Verdict
+from orchard_cli.motion.timing import time_path
+from orchard_cli.motion.yaw import heading_ahead, step_yaw, wrapped
+
+LOOK_AHEAD = 0.8  # s: the nose points to where the vehicle will be then
+YAW_ACCELERATION = 1.0  # rad/s²
+NEAR = 0.15  # m: close enough to begin
+ALIGNED = math.radians(4.0)
+
+
+class Guidance:
+    """Holds the active trajectory and the reference, and turns them into setpoints."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._active: Trajectory | None = None
+        self._reference: Trajectory | None = None
+        self._pending: Trajectory | None = None  # begins once we stand at its start, looking along
+        self._stand = np.zeros(3)
+        self._yaw = 0.0
+        self._yaw_rate = 0.0
+        self._time = -math.inf
+        self._avoiding_from = math.inf
+        self._avoiding_until = -math.inf
+        self.blocked = False
+
+    @property
+    def active(self) -> Trajectory | None:
+        """The trajectory being flown; None while standing."""
+        return self._active
+
+    @property
+    def pending(self) -> bool:
+        """Whether a route waits to begin."""
+        return self._pending is not None
+
+    @property
+    def reference(self) -> Trajectory | None:
+        """The route without avoidance, on the flight clock; None until begun."""
+        return self._reference
+
+    def avoiding(self, now: float) -> bool:
+        """Whether the active trajectory is off the reference at `now`."""
+        return self._avoiding_from <= now < self._avoiding_until
+
+    def still(self, now: float) -> bool:
+        """Whether the end of what was to be flown has been reached."""
+        return self._active is None or now >= self._active.end
+
+    def arrived(self, now: float) -> bool:
+        """Whether the route has been flown to its end."""
+        return self._reference is not None and self.still(now) and not self.blocked
+
+    def stand(self, state: VehicleState) -> None:
+        """Forget every trajectory and stand where the vehicle is, looking where it looks."""
+        self._active = self._reference = self._pending = None
+        self.blocked = False
+        self._stand = state.position_site.copy()
+        self._yaw, self._yaw_rate = state.yaw_site, 0.0
+
+    def brake(self, now: float) -> None:
+        """Come to rest along the active trajectory and stand there."""
+        self._pending = self._reference = None
+        if self._active is not None and now < self._active.end:
+            self._active = brake(self._active, now, self._limits.acceleration)
+
+    def join(self, route: Trajectory, now: float) -> None:
+        """From standing: go straight to the start of `route` and look along it."""
+        self._settle(now)
+        self.blocked = False
+        self._pending = route
+        goal = route.control_points_site[0]
+        if float(np.linalg.norm(goal - self._stand)) > NEAR:
+            self._active = self.timed(np.stack([self._stand, goal])).shifted(now)
+            self._stand = goal
+
+    def joined(self, now: float) -> bool:
+        """Whether the pending route may begin: there, still, and looking along it."""
+        if self._pending is None or not self.still(now):
+            return False
+        return abs(wrapped(self._target_yaw(now) - self._yaw)) < ALIGNED
+
+    def begin(self, now: float) -> Trajectory:
+        """Fly the pending route from now on; returns it on the flight clock."""
+        if self._pending is None:
+            raise RuntimeError("no route was joined")
+        route = self._pending.shifted(now - self._pending.start)
+        self._active = self._reference = route
+        self._pending = None
+        return route
+
+    def take(self, verdict: Verdict, now: float) -> bool:
+        """Fly what the avoidance system answered; False when it came too late to be joined."""
+        if isinstance(verdict, Keep):
+            return True
+        if self._reference is None:
+            return False
+        if isinstance(verdict, Avoid):
+            if now > verdict.begin:
+                return False
+            if not self.avoiding(now):
+                self._avoiding_from = verdict.begin
+            self._avoiding_until = verdict.rejoin
+        self.blocked = isinstance(verdict, Stop)
+        self._active = verdict.trajectory
+        return True
+
+    def timed(self, points_site: Points) -> Trajectory:
+        """A path (n, 3) from rest to rest within the mission's limits, starting at time 0."""
+        return time_path(points_site, self._limits)
+
+    def setpoint(self, now: float) -> Setpoint:
+        """The setpoint for `now`; turns the nose by the time since the last call."""
+        dt = min(max(now - self._time, 1e-3), 0.1)
+        self._time = now
+        self._yaw, self._yaw_rate = step_yaw(
+            self._yaw, self._yaw_rate, self._target_yaw(now), dt,
+            self._limits.yaw_rate, YAW_ACCELERATION,
+        )  # fmt: skip
+        if self._active is None:
+            position, velocity, acceleration = self._stand, np.zeros(3), np.zeros(3)
+        else:
+            state = self._active.at(now)
+            position, velocity = state.position_site, state.velocity_site
+            acceleration = state.acceleration_site
+        return Setpoint(now, position, velocity, acceleration, self._yaw, self._yaw_rate)
+
+    def position(self, now: float) -> Vector:
+        """(3,) m: where the vehicle should be."""
+        return self._stand if self._active is None else self._active.at(now).position_site
+
+    def _settle(self, now: float) -> None:
+        if self._active is not None:
+            self._stand = self._active.at(now).position_site
+        self._active = self._reference = None
+
+    def _target_yaw(self, now: float) -> float:
+        ahead = None
+        if self._pending is not None and self.still(now):
+            ahead = _first_heading(self._pending)
+        elif self._active is not None and self._pending is None:
+            ahead = heading_ahead(self._active, now, LOOK_AHEAD)
+        return self._yaw if ahead is None else ahead
+
+
+def _first_heading(route: Trajectory) -> float | None:
+    """Direction in which a route sets out."""
+    for ahead in np.arange(LOOK_AHEAD, route.end - route.start, LOOK_AHEAD):
+        heading = heading_ahead(route, route.start, float(ahead))
+        if heading is not None:
+            return heading
+    return None

@@ -1,0 +1,111 @@
+"""The onboard cycle: a depth frame in, the map updated, a verdict on the trajectory out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import perf_counter
+
+from orchard_cli.geometry.poses import interpolate
+from orchard_cli.mapping import OccupancyGrid
+from orchard_cli.model.depth import DepthFrame
+from orchard_cli.model.mission import Limits
+from orchard_cli.model.records import OccupiedCells, PlannerRecord
+from orchard_cli.model.trajectory import Trajectory
+from orchard_cli.model.vehicle import Pose, VehicleState
+from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
+
+from .ports import Avoidance
+
+MAP_PERIOD = 1.0  # s between two records of the occupied cells
+MAP_RADIUS = 7.0  # m around the vehicle
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OnboardJob:
+    """What one cycle works on."""
+
+    now: float  # s, flight clock
+    commit: float  # s, the active trajectory is fixed up to here
+    frame: DepthFrame
+    poses: tuple[Pose, ...]  # around the frame's time stamp
+    vehicle: VehicleState
+    active: Trajectory | None  # None: map only
+    reference: Trajectory | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OnboardResult:
+    """What one cycle found."""
+
+    job: OnboardJob
+    verdict: Verdict
+    record: PlannerRecord
+    occupied: OccupiedCells | None
+
+
+class Onboard:
+    """Owns the map and asks the avoidance system; called by one worker, one job at a time."""
+
+    def __init__(self, grid: OccupancyGrid, avoidance: Avoidance, limits: Limits) -> None:
+        self._grid = grid
+        self._avoidance = avoidance
+        self._limits = limits
+        self._mapped = -MAP_PERIOD
+
+    def cycle(self, job: OnboardJob) -> OnboardResult:
+        """Map the frame from the pose at its own time stamp, then judge the trajectory."""
+        began = perf_counter()
+        pose = interpolate(job.poses, job.frame.time)
+        if pose is None:
+            return self._result(job, Keep("no pose at the frame's time"), {}, began)
+        self._grid.insert(job.frame, pose)
+        self._grid.clear_sphere(job.vehicle.position_site, self._limits.airframe_radius)
+        self._grid.decay(job.frame.time)
+        mapped = perf_counter()
+        verdict = self._judge(job)
+        stages = {
+            "map_update": (mapped - began) * 1e3,
+            "plan": (perf_counter() - mapped) * 1e3,
+            **verdict.stages_ms,
+        }
+        return self._result(job, verdict, stages, began)
+
+    def _judge(self, job: OnboardJob) -> Verdict:
+        if job.active is None or job.reference is None:
+            return Keep("nothing to check yet")
+        return self._avoidance.plan(
+            Situation(
+                now=job.now,
+                commit=job.commit,
+                vehicle=job.vehicle,
+                active=job.active,
+                reference=job.reference,
+                grid=self._grid,
+                frame=job.frame,
+                limits=self._limits,
+            )
+        )
+
+    def _result(
+        self, job: OnboardJob, verdict: Verdict, stages: Mapping[str, float], began: float
+    ) -> OnboardResult:
+        words = {Keep: "keep", Avoid: "avoid", Stop: "stop"}
+        occupied = self._occupied(job)
+        record = PlannerRecord(
+            time=job.now,
+            frame_time=job.frame.time,
+            decision=words[type(verdict)],
+            why=verdict.why,
+            blocked_at=verdict.blocked_at,
+            stages_ms={**stages, "cycle": (perf_counter() - began) * 1e3},
+        )
+        return OnboardResult(job, verdict, record, occupied)
+
+    def _occupied(self, job: OnboardJob) -> OccupiedCells | None:
+        if job.now - self._mapped < MAP_PERIOD:
+            return None
+        self._mapped = job.now
+        centre = job.vehicle.position_site
+        cells = self._grid.occupied_cells(centre, MAP_RADIUS)
+        return OccupiedCells(job.now, cells, self._grid.settings.cell)
