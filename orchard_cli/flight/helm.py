@@ -26,6 +26,7 @@ class Helm:
         self.guidance = Guidance(mission.limits)
         self.trail = Trail()
         self._rest = mission.trajectory  # still to be flown, should a join be asked for
+        self._home: Trajectory | None = None
         self._steer = Steer.NOTHING
 
     def steer(self, decision: Decision, state: VehicleState, now: float) -> Setpoint | None:
@@ -60,18 +61,20 @@ class Helm:
         elif steer is Steer.FOLLOW and guidance.pending:
             guidance.begin(now)
         elif steer is Steer.GO_BACK:
-            self._go_back(entered, now)
+            self._go_back(now)
 
-    def _go_back(self, entered: bool, now: float) -> None:
+    def _go_back(self, now: float) -> None:
         guidance = self.guidance
-        if entered:
+        if guidance.reference is not None:
+            if guidance.reference is self._home:
+                return
             self._interrupt(now)
-        if not guidance.still(now) or guidance.reference is not None:
+        if not guidance.still(now):
             return
         if not guidance.pending:
             guidance.join(guidance.timed(self.trail.home(guidance.position(now))), now)
         elif guidance.joined(now):
-            guidance.begin(now)
+            self._home = guidance.begin(now)
 
     def _interrupt(self, now: float) -> None:
         before = self.guidance.active if self.guidance.reference is not None else None

@@ -44,7 +44,8 @@ class Stage:
     cause: Hazard | None = None  # what led here, when safety did
     asked: Command | None = None  # newest command, and when
     asked_at: float = 0.0
-    safe_end: bool = True  # False once the flight has left its plan
+    as_planned: bool = True  # False once the flight has been ended early
+    returning: bool = False  # on the way home, also while held there
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
     overruled = reaction(stage.phase, found)
     if overruled is not None:
         target, hazard = overruled
-        after = Stage(target, now, hazard.value, hazard, safe_end=False)
+        after = replace(_off_plan(stage, target, now, hazard.value), cause=hazard)
     else:
         after = _RULES[stage.phase](stage, seen, now)
     command = _WANTED.get(after.phase, _nothing)(after, seen)
@@ -80,11 +81,14 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
 
 
 def _to(stage: Stage, phase: Phase, now: float, why: str) -> Stage:
-    return Stage(phase, now, why, safe_end=stage.safe_end)
+    returning = stage.returning or phase is Phase.RETURN
+    return Stage(phase, now, why, as_planned=stage.as_planned, returning=returning)
 
 
-def _off_plan(phase: Phase, now: float, why: str) -> Stage:
-    return Stage(phase, now, why, safe_end=False)
+def _off_plan(stage: Stage, phase: Phase, now: float, why: str) -> Stage:
+    early = phase in (Phase.RETURN, Phase.LANDING, Phase.PILOT, Phase.ENDED)
+    after = _to(stage, phase, now, why)
+    return replace(after, as_planned=stage.as_planned and not early)
 
 
 def _preflight(stage: Stage, seen: Seen, now: float) -> Stage:
@@ -94,10 +98,10 @@ def _preflight(stage: Stage, seen: Seen, now: float) -> Stage:
     if stage.asked is Command.ARM:
         if now - stage.asked_at > ARM_LIMIT or seen.refused is not None:
             said = seen.refused or f"no answer within {ARM_LIMIT:.0f} s"
-            return _off_plan(Phase.ENDED, now, f"arming refused: {said}")
+            return _off_plan(stage, Phase.ENDED, now, f"arming refused: {said}")
     elif waited > READY_LIMIT:
         reasons = "; ".join(seen.not_ready) or "unknown reason"
-        return _off_plan(Phase.ENDED, now, f"not ready after {READY_LIMIT:.0f} s: {reasons}")
+        return _off_plan(stage, Phase.ENDED, now, f"not ready after {READY_LIMIT:.0f} s: {reasons}")
     return stage
 
 
@@ -106,7 +110,7 @@ def _takeoff(stage: Stage, seen: Seen, now: float) -> Stage:
     if vehicle is not None and vehicle.landed is Landed.IN_AIR and vehicle.mode is FlightMode.HOLD:
         return _to(stage, Phase.RESUME, now, "at flight height")
     if now - stage.since > TAKEOFF_LIMIT:
-        return _off_plan(Phase.LANDING, now, f"not at height after {TAKEOFF_LIMIT:.0f} s")
+        return _off_plan(stage, Phase.LANDING, now, f"not at height after {TAKEOFF_LIMIT:.0f} s")
     return stage
 
 
@@ -115,7 +119,7 @@ def _resume(stage: Stage, seen: Seen, now: float) -> Stage:
         return _to(stage, Phase.ROUTE, now, "on the route")
     if now - stage.since > JOIN_LIMIT:
         said = seen.refused or "the route's next point was not reached"
-        return _off_plan(Phase.LANDING, now, f"no start within {JOIN_LIMIT:.0f} s: {said}")
+        return _off_plan(stage, Phase.LANDING, now, f"no start within {JOIN_LIMIT:.0f} s: {said}")
     return stage
 
 
@@ -131,37 +135,36 @@ def _route(stage: Stage, seen: Seen, now: float) -> Stage:
 
 def _hold(stage: Stage, seen: Seen, now: float) -> Stage:
     waited = now - stage.since
+    onward = Phase.RETURN if stage.returning else Phase.RESUME
     if stage.cause is Hazard.BLOCKED and not seen.blocked:
-        return Stage(Phase.ROUTE, now, "a way round was found", safe_end=stage.safe_end)
+        moving = Phase.RETURN if stage.returning else Phase.ROUTE
+        return _to(stage, moving, now, "a way round was found")
+    if seen.request is Request.CONTINUE:
+        return _to(stage, onward, now, "the operator said so")
     gone = {
         Hazard.BLOCKED: False,
         Hazard.FRAME_LATE: seen.frame_age < 0.3,
         Hazard.PLANNER_LATE: seen.planner_age < 0.3,
-        Hazard.OFF_TRACK: seen.still and seen.off_track < 0.5,
+        Hazard.OFF_TRACK: seen.off_track < 0.5,
         Hazard.LINK_SILENT: seen.silence < 0.3,
     }
-    if seen.request is Request.CONTINUE:
-        return Stage(Phase.RESUME, now, "the operator said so")
-    if stage.cause in gone:
-        if seen.still and waited > 1.0 and gone[stage.cause]:
-            return Stage(Phase.RESUME, now, f"over: {stage.why}")
-        if waited > HOLD_LIMIT:
-            return _give_up(stage, seen, now)
-    elif waited > CHOICE_LIMIT:
+    if seen.still and waited > 1.0 and stage.cause in gone and gone[stage.cause]:
+        return _to(stage, onward, now, f"over: {stage.why}")
+    if waited > (HOLD_LIMIT if stage.cause in gone else CHOICE_LIMIT):
         return _give_up(stage, seen, now)
     return stage
 
 
 def _give_up(stage: Stage, seen: Seen, now: float) -> Stage:
-    """Back the way it came, which was seen free; without eyes, down."""
+    """Back the way it came, which was seen free; without eyes, or held there too, down."""
     eyes = seen.frame_age < 0.5 and seen.planner_age < 0.5 and seen.silence < 0.5
-    target = Phase.RETURN if eyes else Phase.LANDING
-    return _off_plan(target, now, f"held {now - stage.since:.0f} s: {stage.why}")
+    target = Phase.RETURN if eyes and not stage.returning else Phase.LANDING
+    return _off_plan(stage, target, now, f"held {now - stage.since:.0f} s: {stage.why}")
 
 
 def _return(stage: Stage, seen: Seen, now: float) -> Stage:
     if seen.route_done:
-        return _off_plan(Phase.LANDING, now, f"back at the take-off point: {stage.why}")
+        return _off_plan(stage, Phase.LANDING, now, f"back at the take-off point: {stage.why}")
     return stage
 
 
@@ -170,13 +173,15 @@ def _landing(stage: Stage, seen: Seen, now: float) -> Stage:
     if vehicle is not None and not vehicle.armed:
         return _to(stage, Phase.ENDED, now, f"landed: {stage.why}")
     if now - stage.since > LANDING_LIMIT:
-        return _off_plan(Phase.ENDED, now, f"no touch-down seen within {LANDING_LIMIT:.0f} s")
+        return _off_plan(
+            stage, Phase.ENDED, now, f"no touch-down seen within {LANDING_LIMIT:.0f} s"
+        )
     return stage
 
 
 def _pilot(stage: Stage, seen: Seen, now: float) -> Stage:
     if seen.vehicle is not None and not seen.vehicle.armed:
-        return _off_plan(Phase.ENDED, now, "disarmed after the pilot took over")
+        return _off_plan(stage, Phase.ENDED, now, "disarmed after the pilot took over")
     return stage
 
 

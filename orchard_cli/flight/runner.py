@@ -81,7 +81,7 @@ class Flight:
         finally:
             gear.vehicle.stop_sending()
             gear.guard.disarm()
-        return Ending(stage.safe_end, stage.why)
+        return Ending(stage.as_planned, stage.why)
 
     def _cycle(self, stage: Stage, now: float) -> Stage:
         state = self._gear.vehicle.state()
@@ -91,7 +91,7 @@ class Flight:
         decision = step(stage, seen, now, self._tolerances)
         if decision.stage.phase is not stage.phase:
             self._refused = None
-            severity = Severity.INFO if decision.stage.safe_end else Severity.WARNING
+            severity = Severity.INFO if decision.stage.as_planned else Severity.WARNING
             change = f"{stage.phase.value} -> {decision.stage.phase.value}"
             self._gear.reporter.say(now, severity, f"{change}: {decision.stage.why}")
         self._act(decision, state, now)

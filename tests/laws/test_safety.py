@@ -1,0 +1,186 @@
+"""The flight's phases and the safety table."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from orchard_cli.flight.phases import Stage, Steer, begin, step
+from orchard_cli.flight.safety import TABLE, Hazard, Phase, Request, Seen, Tolerances, reaction
+from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
+
+FLYING = (Phase.TAKEOFF, Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE, Phase.HOLD, Phase.RETURN)
+
+
+def vehicle(**changes) -> VehicleState:
+    values = {
+        "time": 0.0,
+        "position_site": np.zeros(3),
+        "velocity_site": np.zeros(3),
+        "site_from_body": np.array([1.0, 0, 0, 0]),
+        "angular_velocity_body": np.zeros(3),
+        "armed": True,
+        "mode": FlightMode.OFFBOARD,
+        "landed": Landed.IN_AIR,
+        "heard": 0.0,
+        "battery_share": 0.9,
+        "battery_voltage": 16.0,
+        "ready": True,
+    }
+    return VehicleState(**{**values, **changes})
+
+
+def seen(**changes) -> Seen:
+    values = {
+        "vehicle": vehicle(),
+        "silence": 0.02,
+        "frame_age": 0.05,
+        "planner_age": 0.05,
+        "off_track": 0.1,
+        "blocked": False,
+        "avoiding": False,
+        "still": False,
+        "joined": False,
+        "route_done": False,
+        "return_share": 0.2,
+        "critical_share": 0.1,
+        "not_ready": (),
+    }
+    return Seen(**{**values, **changes})
+
+
+def decide(phase: Phase, now: float = 100.0, age: float = 10.0, **changes):
+    return step(Stage(phase, now - age, "test"), seen(**changes), now, Tolerances())
+
+
+def test_every_phase_has_a_cell_for_every_hazard():
+    assert set(TABLE) == set(itertools.product(Phase, Hazard))
+
+
+@pytest.mark.parametrize("phase", FLYING)
+@pytest.mark.parametrize("mode", [FlightMode.PILOT])
+def test_the_pilots_mode_change_wins_and_is_never_fought(phase, mode):
+    decision = decide(phase, age=0.1, vehicle=vehicle(mode=mode), request=Request.LAND)
+    assert decision.stage.phase is Phase.PILOT
+    assert decision.steer is Steer.NOTHING
+    assert decision.command is None
+
+
+@given(st.sampled_from(list(FlightMode)), st.floats(0, 100), st.booleans())
+def test_nothing_is_streamed_or_asked_while_the_pilot_flies(mode, silence, armed):
+    state = vehicle(mode=mode, armed=armed)
+    decision = decide(Phase.PILOT, vehicle=state, silence=silence, request=Request.RETURN)
+    assert decision.steer is Steer.NOTHING
+    assert decision.command is None
+
+
+@pytest.mark.parametrize("phase", [Phase.ROUTE, Phase.AVOIDANCE, Phase.RESUME, Phase.RETURN])
+@pytest.mark.parametrize(
+    "fault",
+    [
+        {"frame_age": 0.6},
+        {"planner_age": 0.6},
+        {"off_track": 2.0},
+        {"blocked": True},
+        {"silence": 1.2},
+        {"request": Request.HOLD},
+    ],
+)
+def test_each_fault_under_way_leads_to_a_hold(phase, fault):
+    assert decide(phase, **fault).stage.phase is Phase.HOLD
+
+
+@pytest.mark.parametrize("phase", list(Phase))
+def test_no_setpoint_goes_out_on_a_silent_link(phase):
+    assert decide(phase, silence=0.6).steer is Steer.NOTHING
+
+
+def test_a_low_battery_brings_it_back_and_a_critical_one_down():
+    low, critical = vehicle(battery_share=0.15), vehicle(battery_share=0.05)
+    assert decide(Phase.ROUTE, vehicle=low).stage.phase is Phase.RETURN
+    assert decide(Phase.ROUTE, vehicle=critical).stage.phase is Phase.LANDING
+
+
+def test_an_unknown_battery_is_no_hazard_in_the_air():
+    unknown = vehicle(battery_share=math.nan)
+    assert decide(Phase.ROUTE, vehicle=unknown).stage.phase is Phase.ROUTE
+
+
+def test_an_arming_refusal_ends_with_what_the_autopilot_said():
+    asked = Stage(Phase.PREFLIGHT, 0.0, "checking", asked=Command.ARM, asked_at=1.0)
+    grounded = vehicle(armed=False, landed=Landed.ON_GROUND, mode=FlightMode.HOLD)
+    decision = step(asked, seen(vehicle=grounded, refused="GPS fix too low"), 2.0, Tolerances())
+    assert decision.stage.phase is Phase.ENDED
+    assert "GPS fix too low" in decision.stage.why
+
+
+def test_waiting_to_become_ready_has_a_limit_and_a_reason():
+    decision = step(begin(0.0), seen(vehicle=None, not_ready=("no GPS",)), 61.0, Tolerances())
+    assert decision.stage.phase is Phase.ENDED
+    assert "no GPS" in decision.stage.why
+
+
+def test_a_hold_that_does_not_pass_goes_back_or_without_eyes_down():
+    held = Stage(Phase.HOLD, 0.0, "no way", cause=Hazard.BLOCKED)
+    assert step(held, seen(blocked=True), 31.0, Tolerances()).stage.phase is Phase.RETURN
+    blind = Stage(Phase.HOLD, 0.0, "no frame", cause=Hazard.FRAME_LATE)
+    assert step(blind, seen(frame_age=9.0), 31.0, Tolerances()).stage.phase is Phase.LANDING
+
+
+@settings(max_examples=300)
+@given(
+    st.sampled_from(FLYING),
+    st.lists(st.sampled_from(list(Hazard)), min_size=1, unique=True),
+)
+def test_the_first_hazard_that_matters_decides(phase, found):
+    ordered = tuple(hazard for hazard in Hazard if hazard in found)
+    answer = reaction(phase, ordered)
+    if answer is None:
+        assert all(TABLE[phase, hazard] is None for hazard in ordered)
+    else:
+        before = ordered[: ordered.index(answer[1])]
+        assert all(TABLE[phase, hazard] is None for hazard in before)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_every_flight_reaches_an_end_whatever_is_seen(data):
+    """A vehicle that obeys commands, under random faults, ends within the sum of the limits."""
+    stage, now = begin(0.0), 0.0
+    mode, armed, landed = FlightMode.HOLD, False, Landed.ON_GROUND
+    faults = data.draw(
+        st.fixed_dictionaries(
+            {
+                "silence": st.sampled_from([0.02, 0.02, 2.0]),
+                "frame_age": st.sampled_from([0.05, 0.05, 2.0]),
+                "planner_age": st.sampled_from([0.05, 2.0]),
+                "blocked": st.booleans(),
+                "joined": st.booleans(),
+                "route_done": st.booleans(),
+                "still": st.booleans(),
+            }
+        )
+    )
+    landing_since = None
+    while stage.phase is not Phase.ENDED:
+        state = vehicle(mode=mode, armed=armed, landed=landed)
+        decision = step(stage, seen(vehicle=state, **faults), now, Tolerances())
+        if decision.command is Command.ARM:
+            armed = True
+        elif decision.command is Command.TAKEOFF:
+            mode, landed = FlightMode.HOLD, Landed.IN_AIR
+        elif decision.command is Command.OFFBOARD:
+            mode = FlightMode.OFFBOARD
+        elif decision.command is Command.LAND:
+            mode, landing_since = FlightMode.LAND, now
+        if landing_since is not None and now - landing_since > 10:
+            armed, landed = False, Landed.ON_GROUND
+        before, stage = stage, decision.stage
+        now += 1.0
+        if stage.phase is Phase.ROUTE and before.phase is Phase.ROUTE and now > 200:
+            faults["route_done"] = True
+        assert now < 1500, dataclasses.asdict(stage)
