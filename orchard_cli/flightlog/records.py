@@ -1,0 +1,114 @@
+"""Messages back into nouns: the inverse of scribe.py."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from msgspec import UNSET, UnsetType
+
+from orchard_cli.flightlog import messages
+from orchard_cli.model.arrays import Array
+from orchard_cli.model.flown import Commands, Track
+from orchard_cli.model.records import (
+    LogLine,
+    NewTrajectory,
+    OccupiedCells,
+    PlannerRecord,
+    SafetyRecord,
+    Severity,
+    SprayRecord,
+)
+from orchard_cli.model.trajectory import Trajectory
+
+_NO_VECTOR = [float("nan")] * 3
+
+
+def number(value: float | UnsetType) -> float:
+    """NaN when absent."""
+    return float("nan") if value is UNSET else float(value)
+
+
+def _triple(value: list[float] | UnsetType) -> list[float]:
+    return _NO_VECTOR if isinstance(value, UnsetType) else value
+
+
+def _advancing(times: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Which samples are newer than all before them."""
+    newest = np.maximum.accumulate(np.concatenate([[-np.inf], times]))[:-1]
+    return times > newest
+
+
+def track(found: Sequence[messages.Odometry | messages.Truth]) -> tuple[Track, int]:
+    """The samples in time order, each once; and how many went back in time."""
+    times = np.array([one.time for one in found])
+    new = _advancing(times)
+    backwards = int((np.diff(times) < 0).sum())
+    kept = [one for one, is_new in zip(found, new, strict=True) if is_new]
+    rates = [_triple(getattr(one, "angular_velocity_rad_s", UNSET)) for one in kept]
+    made = Track(
+        times=times[new],
+        positions_site=np.array([one.position_m for one in kept]),
+        velocities_site=np.array([one.velocity_m_s for one in kept]),
+        site_from_body=np.array([one.site_from_body for one in kept]),
+        angular_velocities_body=np.array(rates),
+    )
+    return made, backwards
+
+
+def commands(found: Sequence[messages.Setpoint]) -> Commands:
+    """The setpoints in time order, each once."""
+    times = np.array([one.time for one in found])
+    new = _advancing(times)
+    kept = [one for one, is_new in zip(found, new, strict=True) if is_new]
+    return Commands(
+        times=times[new],
+        positions_site=np.array([one.position_m for one in kept]),
+        velocities_site=np.array([_triple(one.velocity_m_s) for one in kept]),
+        accelerations_site=np.array([_triple(one.acceleration_m_s2) for one in kept]),
+        yaws_site=np.array([one.yaw_rad for one in kept]),
+    )
+
+
+def planner(one: messages.Planner) -> PlannerRecord:
+    """One onboard cycle."""
+    return PlannerRecord(
+        time=one.time,
+        frame_time=one.frame_time,
+        decision=one.decision,
+        why=one.why,
+        blocked_at=None if isinstance(one.blocked_at_m, UnsetType) else one.blocked_at_m,
+        stages_ms={stage.name: stage.ms for stage in one.stages},
+    )
+
+
+def safety(one: messages.Safety) -> SafetyRecord:
+    """A state of the flight."""
+    return SafetyRecord(one.time, one.phase, one.action, one.why, tuple(one.faults))
+
+
+def spray(one: messages.Spray) -> SprayRecord:
+    """The pump."""
+    row = None if isinstance(one.row, UnsetType) else one.row
+    return SprayRecord(one.time, one.on, row, one.why)
+
+
+def new_trajectory(one: messages.Curve) -> NewTrajectory:
+    """A trajectory, without its guide path."""
+    control = np.array(one.control_points_m).reshape(-1, 3)
+    curve = Trajectory(one.start, one.interval, control)
+    return NewTrajectory(one.time, curve, np.empty((0, 3)), one.why)
+
+
+def line(one: Any, log_time: int, utc_offset_ns: int) -> LogLine:
+    """A foxglove.Log message."""
+    severity = Severity(one.level) if one.level in (1, 2, 3, 4) else Severity.ERROR
+    return LogLine((log_time - utc_offset_ns) / 1e9, severity, one.message, one.name)
+
+
+def cells(one: Any, log_time: int, utc_offset_ns: int) -> OccupiedCells:
+    """A foxglove.PointCloud of ours: x, y, z and the cell's edge."""
+    table = np.frombuffer(one.data, dtype="<f4").reshape(-1, 4).astype(np.float64)
+    cell = float(table[0, 3]) if len(table) else 0.0
+    return OccupiedCells((log_time - utc_offset_ns) / 1e9, table[:, :3], cell)
