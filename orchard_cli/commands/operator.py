@@ -36,6 +36,11 @@ class Operator:
         self._asked: deque[Request] = deque()
         self._interrupts = 0
 
+    @property
+    def attended(self) -> bool:
+        """Whether somebody sits at a terminal."""
+        return self._attended
+
     def request(self) -> Request | None:
         """The oldest request that was not handed out yet."""
         if self._attended:

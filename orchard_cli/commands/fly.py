@@ -1,0 +1,189 @@
+"""`orchard fly MISSION`: the simulator by default, a real autopilot with --connect."""
+
+from __future__ import annotations
+
+import json as json_module
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from orchard_cli.flight.runner import Ending
+    from orchard_cli.model.mission import Mission
+
+    from .wiring import Choices, Equipment
+
+
+def fly(
+    mission: Annotated[Path, typer.Argument(help="Mission file from `orchard plan`.")],
+    connect: Annotated[
+        str | None,
+        typer.Option(help="Fly a REAL vehicle on this MAVSDK URL, like udpin://0.0.0.0:14540."),
+    ] = None,
+    world: Annotated[Path | None, typer.Option(help="World file for the simulator.")] = None,
+    system: Annotated[str, typer.Option(help="Avoidance system: guided or none.")] = "guided",
+    seed: Annotated[int, typer.Option(help="Seed of the simulator's noise and wind.")] = 0,
+    speed_factor: Annotated[
+        float, typer.Option(min=0.1, max=20, help="Simulated seconds per real second.")
+    ] = 1.0,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Simulate without MAVSDK, as fast as it goes.")
+    ] = False,
+    camera: Annotated[str, typer.Option(help="Depth mode of the simulated camera.")] = "848x480",
+    mend_failsafes: Annotated[
+        bool,
+        typer.Option("--mend-failsafes", help="Write safe failsafe parameters to the autopilot."),
+    ] = False,
+    log: Annotated[Path | None, typer.Option(help="Log file; default: named by the time.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No live screen.")] = False,
+) -> None:
+    """Fly a mission, mapping and avoiding on the way; Ctrl-C holds."""
+    from orchard_cli import mission as missions
+
+    from .wiring import Choices
+
+    choices = Choices(
+        system=system,
+        seed=seed,
+        speed_factor=speed_factor,
+        camera=camera_mode(camera),
+        mend_failsafes=mend_failsafes,
+    )
+    plan = missions.load(mission)
+    path = log if log is not None else default_log(plan.name)
+    ending, summary = fly_mission(plan, choices, path, world, connect, lockstep, quiet or json)
+    if json:
+        typer.echo(json_module.dumps(summary))
+    elif not quiet:
+        typer.echo(f"{ending.why}; log: {path}", err=True)
+    if not ending.as_planned:
+        from orchard_cli.errors import FlightEndedEarly
+
+        raise FlightEndedEarly(ending.why)
+
+
+def camera_mode(text: str) -> tuple[int, int]:
+    """WIDTHxHEIGHT. Raises InputError for a mode that the camera has not."""
+    from orchard_cli.errors import Fault, InputError
+    from orchard_cli.model.depth import d455
+
+    try:
+        width, height = (int(part) for part in text.split("x"))
+        d455(width, height)
+    except ValueError:
+        modes = "848x480, 640x480, 424x240 or 212x120"
+        raise InputError(Fault("--camera", f"no depth mode {text!r}", f"use {modes}")) from None
+    return width, height
+
+
+def default_log(name: str) -> Path:
+    """A log name that sorts by time and does not exist yet."""
+    from datetime import UTC, datetime
+
+    return Path(f"{name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap")
+
+
+def fly_mission(
+    mission: Mission,
+    choices: Choices,
+    log: Path,
+    world_path: Path | None = None,
+    connect: str | None = None,
+    lockstep: bool = False,
+    quiet: bool = False,
+    overwrite: bool = False,
+) -> tuple[Ending, dict[str, Any]]:
+    """Fly and log; returns how it ended, and a summary for `--json`."""
+    from orchard_cli.flightlog import McapRecorder
+
+    from . import wiring
+
+    world, world_file = wiring.load_world(mission, world_path)
+    if connect is not None:
+        rig = wiring.real(mission, connect, choices)
+    elif lockstep:
+        rig = wiring.lockstep(mission, world, choices)
+    else:
+        rig = wiring.simulated(mission, world, choices)
+    recorder = McapRecorder(log, overwrite=overwrite, patient=lockstep)
+    try:
+        with rig as equipment:
+            recorder.write(_header(mission, choices, equipment, world_file, connect is None))
+            began = equipment.clock.now()
+            ending = _run(mission, equipment, recorder, quiet, choices)
+            flown = equipment.clock.now() - began
+            factor = equipment.achieved_factor()
+    finally:
+        recorder.close()
+    summary = {
+        "as_planned": ending.as_planned,
+        "ended": ending.why,
+        "flight_s": round(flown, 2),
+        "speed_factor": None if math.isnan(factor) else round(factor, 2),
+        "log": str(log),
+        "log_losses": dict(recorder.losses),
+    }
+    return ending, summary
+
+
+def _run(
+    mission: Mission, equipment: Equipment, recorder: Any, quiet: bool, choices: Choices
+) -> Ending:
+    from orchard_cli.flight.reporter import Reporter
+    from orchard_cli.flight.runner import Flight, Gear
+
+    from .operator import Operator
+    from .screen import LiveScreen, QuietScreen
+
+    operator = Operator()
+    title = f"{mission.name} · {choices.system} · {equipment.name}"
+    screen = QuietScreen() if quiet else LiveScreen(title, operator.attended)
+    with operator.listening(), screen:
+        reporter = Reporter(mission, recorder, screen, equipment.clock.now())
+        gear = Gear(
+            vehicle=equipment.vehicle,
+            camera=equipment.camera,
+            worker=equipment.worker,
+            clock=equipment.clock,
+            recorder=recorder,
+            reporter=reporter,
+            operator=operator,
+            guard=equipment.guard,
+            truth=equipment.truth,
+        )
+        return Flight(mission, gear, equipment.tolerances).run()
+
+
+def _header(
+    mission: Mission, choices: Choices, equipment: Equipment, world_file: bytes, simulated: bool
+) -> Any:
+    """What the log begins with. UTC is read here, once; the flight itself reads its own clock."""
+    import time
+    import uuid
+    from dataclasses import asdict
+
+    from orchard_cli import __version__
+    from orchard_cli import mission as missions
+    from orchard_cli.model.records import RunHeader
+
+    attachments = {
+        "mission.json": missions.dumps(mission),
+        "configuration.json": json_module.dumps(asdict(choices)).encode(),
+    }
+    if world_file:
+        attachments["world.toml"] = world_file
+    return RunHeader(
+        run_id=uuid.uuid4().hex,
+        system=choices.system,
+        tool_version=__version__,
+        vehicle=equipment.name,
+        site=mission.orchard.name,
+        simulated=simulated,
+        seed=choices.seed if simulated else None,
+        utc_offset=time.time() - equipment.clock.now(),
+        mission=mission,
+        attachments=attachments,
+    )

@@ -1,0 +1,210 @@
+"""Plugs equipment into the flight's sockets. The one place that knows every room."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from orchard_cli.avoidance import Guided, NoAvoidance
+from orchard_cli.errors import Fault, InputError, LinkError
+from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
+from orchard_cli.flight.ports import Avoidance, Camera, Clock, Guard, Truth, Vehicle
+from orchard_cli.flight.safety import Tolerances
+from orchard_cli.flight.warmup import warm_up
+from orchard_cli.flight.worker import InlineWorker, ThreadWorker, Worker
+from orchard_cli.mapping import OccupancyGrid
+from orchard_cli.model.depth import DepthCamera, d455
+from orchard_cli.model.mission import Mission
+from orchard_cli.model.world import World
+from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
+
+DEADMAN = 0.5  # s of real time
+SYSTEMS: dict[str, Callable[[], Avoidance]] = {"guided": Guided, "none": NoAvoidance}
+
+
+@dataclass(frozen=True, slots=True)
+class Equipment:
+    """A vehicle with its clock and its eyes, simulated or real."""
+
+    vehicle: Vehicle
+    camera: Camera
+    clock: Clock
+    guard: Guard
+    worker: Worker[OnboardJob, OnboardResult]
+    tolerances: Tolerances
+    truth: Truth | None
+    name: str
+    achieved_factor: Callable[[], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What the pilot chose on the command line."""
+
+    system: str = "guided"
+    seed: int = 0
+    speed_factor: float = 1.0
+    camera: tuple[int, int] = (848, 480)
+    frame_rate: float = 15.0
+    mend_failsafes: bool = False
+
+
+class NoGuard:
+    """Fits `Guard` where nothing real can fly on: lockstep."""
+
+    def feed(self) -> None:
+        """Nothing to do."""
+
+    def disarm(self) -> None:
+        """Nothing to do."""
+
+
+class NoCamera:
+    """Fits `Camera` for flights without avoidance."""
+
+    def __init__(self) -> None:
+        self.model = d455()
+
+    def latest(self) -> None:
+        """Never a frame."""
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:
+    """The onboard cycle with its kernels compiled or loaded. Raises InputError."""
+    if choices.system not in SYSTEMS:
+        known = ", ".join(SYSTEMS)
+        raise InputError(Fault("--system", f"no system {choices.system!r}", f"choose of {known}"))
+    make = SYSTEMS[choices.system]
+    warm_up(Onboard(OccupancyGrid(), make(), mission.limits), model)
+    return Onboard(OccupancyGrid(), make(), mission.limits)
+
+
+def _start(mission: Mission) -> tuple[tuple[float, float], float]:
+    """Where the simulated vehicle stands: at the take-off point, nose along the route."""
+    x, y = (float(value) for value in mission.takeoff_site)
+    ahead = np.asarray(mission.waypoints_site)[0, :2] - (x, y)
+    return (x, y), math.atan2(float(ahead[1]), float(ahead[0]))
+
+
+def _settings(choices: Choices) -> SimulatorSettings:
+    return SimulatorSettings(
+        seed=choices.seed,
+        speed_factor=choices.speed_factor,
+        camera=choices.camera,
+        frame_rate=choices.frame_rate,
+    )
+
+
+@contextlib.contextmanager
+def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equipment]:
+    """The simulator without MAVSDK: as fast as it goes, the same bits for a seed."""
+    position, yaw = _start(mission)
+    simulator = LockstepSimulator(world, mission.orchard.origin, position, yaw, _settings(choices))
+    cycle = onboard(mission, choices, simulator.camera.model).cycle
+    try:
+        yield Equipment(
+            vehicle=simulator.vehicle,
+            camera=simulator.camera,
+            clock=simulator.clock,
+            guard=NoGuard(),
+            worker=InlineWorker(cycle),
+            tolerances=Tolerances(),
+            truth=simulator.truth,
+            name="simulated X500 (lockstep)",
+            achieved_factor=lambda: math.nan,
+        )
+    finally:
+        simulator.vehicle.close()
+
+
+@contextlib.contextmanager
+def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equipment]:
+    """The simulated autopilot in a process of its own, flown by MAVSDK over UDP."""
+    from orchard_cli.vehicle import Deadman, connect
+
+    position, yaw = _start(mission)
+    cycle = onboard(mission, choices, d455(*choices.camera)).cycle
+    simulator = SimulatorProcess.start(
+        world, mission.orchard.origin, position, yaw, _settings(choices)
+    )
+    with contextlib.ExitStack() as stack:
+        stack.callback(simulator.close)
+        vehicle = connect(simulator.url, mission.orchard.origin, simulator.clock.now)
+        stack.callback(vehicle.close)
+        vehicle.mend_failsafes(vehicle.unsafe_failsafes(mission.flight_height_site))
+        worker = ThreadWorker(cycle)
+        stack.callback(worker.close)
+        yield Equipment(
+            vehicle=vehicle,
+            camera=simulator.camera,
+            clock=simulator.clock,
+            guard=Deadman(DEADMAN),
+            worker=worker,
+            tolerances=Tolerances(),
+            truth=simulator.truth,
+            name="simulated X500 over MAVSDK",
+            achieved_factor=lambda: simulator.achieved_factor,
+        )
+
+
+@contextlib.contextmanager
+def real(mission: Mission, url: str, choices: Choices) -> Iterator[Equipment]:
+    """A real autopilot. Raises LinkError when it does not answer or its failsafes are unsafe."""
+    from orchard_cli.vehicle import Deadman, MonotonicClock, connect
+
+    if choices.system != "none":
+        raise LinkError(
+            "no depth camera is connected, and without eyes no avoidance flies; "
+            "use --system none where the route is known to be free"
+        )
+    clock, camera = MonotonicClock(), NoCamera()
+    cycle = onboard(mission, choices, camera.model).cycle
+    with contextlib.ExitStack() as stack:
+        vehicle = connect(url, mission.orchard.origin, clock.now)
+        stack.callback(vehicle.close)
+        unsafe = vehicle.unsafe_failsafes(mission.flight_height_site)
+        if unsafe and not choices.mend_failsafes:
+            listed = "\n".join(f"  {finding}" for finding in unsafe)
+            raise LinkError(
+                f"the autopilot's own failsafes are not safe here:\n{listed}\n"
+                "set them, or let orchard do it with --mend-failsafes"
+            )
+        vehicle.mend_failsafes(unsafe)
+        worker = ThreadWorker(cycle)
+        stack.callback(worker.close)
+        yield Equipment(
+            vehicle=vehicle,
+            camera=camera,
+            clock=clock,
+            guard=Deadman(DEADMAN),
+            worker=worker,
+            tolerances=Tolerances(frame_age=math.inf, planner_age=math.inf),
+            truth=None,
+            name=f"autopilot on {url}",
+            achieved_factor=lambda: 1.0,
+        )
+
+
+def load_world(mission: Mission, path: Path | None) -> tuple[World, bytes]:
+    """The world to simulate and its file: `path`, or just the mission's own trees and poles."""
+    from orchard_cli.simulator.world_file import from_orchard, parse
+
+    if path is None:
+        return from_orchard(mission.orchard), b""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(Fault(str(path), error.strerror or str(error))) from None
+    try:
+        text = data.decode()
+    except UnicodeDecodeError:
+        raise InputError(Fault(str(path), "not UTF-8", "save it as UTF-8 text")) from None
+    return parse(text, str(path), mission.orchard), data
