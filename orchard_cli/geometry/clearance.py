@@ -9,7 +9,7 @@ import numpy as np
 from orchard_cli.model.arrays import Array, Points
 from orchard_cli.model.world import World
 
-from .shapes import Solids, obstacle_solids, person_capsules, tree_solids, walker_at
+from .shapes import Solids, obstacle_solids, person_capsule, tree_solids, walker_at
 
 _ROOM = 1_000_000  # distances held at once: bounds the memory for long flights in large orchards
 
@@ -36,11 +36,11 @@ def clearance(world: World, points_site: Points, times: Array | None = None) -> 
     obstacles = nearest_solid(obstacle_solids(world), points)
     when = np.full(len(points), -np.inf) if times is None else np.asarray(times, dtype=np.float64)
     for person in world.people:
-        capsule = person_capsules([person], -np.inf)[0]
+        capsule = person_capsule(person, -np.inf)
         away = points.copy()
-        away[:, :2] += capsule[:2] - walker_at(person, when)  # bring the walker to his start
-        obstacles = np.minimum(obstacles, capsule_distances(away, capsule[None])[:, 0])
-    return Clearance(obstacles, nearest_solid(tree_solids(world.trees), points))
+        away[:, :2] += capsule[0, :2] - walker_at(person, when)  # bring the walker to his start
+        obstacles = np.minimum(obstacles, capsule_distances(away, capsule)[:, 0])
+    return Clearance(obstacles, nearest_solid(tree_solids(world), points))
 
 
 def nearest_solid(solids: Solids, points_site: Points) -> Array:

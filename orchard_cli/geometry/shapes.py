@@ -5,8 +5,8 @@ The renderer and the clearance measure the same solids, so that what is seen is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,46 +16,107 @@ from orchard_cli.model.world import Box, Person, Pole, Tree, Wire, World
 WIRE_SEGMENTS = 16
 """Straight pieces of a hanging wire: they leave the parabola by less than sag / 256."""
 
+Thing = Tree | Pole | Wire | Box
+"""What stands still."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solids:
-    """Solids of one kind of thing. Each row of an array is one solid, metres, site frame."""
+    """Each row of an array is one solid, metres, site frame."""
 
-    cylinders: Array  # (n, 5) x, y, z bottom, z top, radius; upright
-    spheroids: Array  # (n, 5) x, y, z of the centre, horizontal radius, vertical radius
-    capsules: Array  # (n, 7) end a x, y, z, end b x, y, z, radius
-    boxes: Array  # (n, 7) centre x, y, z, half lengths x, y, z, yaw in rad
+    cylinders: Array = field(default_factory=lambda: np.empty((0, 5)))
+    """(n, 5) x, y, z bottom, z top, radius; upright, flat ends"""
+    spheroids: Array = field(default_factory=lambda: np.empty((0, 5)))
+    """(n, 5) x, y, z of the centre, horizontal radius, vertical radius"""
+    capsules: Array = field(default_factory=lambda: np.empty((0, 7)))
+    """(n, 7) end a x, y, z, end b x, y, z, radius; round ends"""
+    boxes: Array = field(default_factory=lambda: np.empty((0, 7)))
+    """(n, 7) centre x, y, z, half lengths x, y, z, yaw in rad"""
+
+    @classmethod
+    def joined(cls, parts: Iterable[Solids]) -> Solids:
+        """All solids of all parts, in order."""
+        parts = [cls(), *parts]
+        return cls(
+            np.concatenate([part.cylinders for part in parts]),
+            np.concatenate([part.spheroids for part in parts]),
+            np.concatenate([part.capsules for part in parts]),
+            np.concatenate([part.boxes for part in parts]),
+        )
+
+    def bounds(self) -> tuple[Points, Points]:
+        """Lower and upper corners (n, 3) of all solids in the order of the fields."""
+        pairs = [
+            cylinder_bounds(self.cylinders), spheroid_bounds(self.spheroids),
+            capsule_bounds(self.capsules), box_bounds(self.boxes),
+        ]  # fmt: skip
+        return np.concatenate([low for low, _ in pairs]), np.concatenate([top for _, top in pairs])
 
 
-def tree_solids(trees: Sequence[Tree]) -> Solids:
-    """A trunk up to the middle of its canopy and the canopy, one of each per tree."""
-    middle = [tree.ground + tree.height - tree.canopy_height / 2 for tree in trees]
-    return Solids(
-        cylinders=_rows(
-            [(t.x, t.y, t.ground, z, t.trunk_radius) for t, z in zip(trees, middle, strict=True)], 5
-        ),
-        spheroids=_rows(
-            [
-                (t.x, t.y, z, t.canopy_radius, t.canopy_height / 2)
-                for t, z in zip(trees, middle, strict=True)
-            ],
-            5,
-        ),
-        capsules=np.empty((0, 7)),
-        boxes=np.empty((0, 7)),
-    )
+def solids_of(thing: Thing) -> Solids:
+    """The solids of one thing that stands still.
+
+    A tree is a trunk up to the middle of its canopy and the canopy; a wire is WIRE_SEGMENTS
+    capsules.
+    """
+    match thing:
+        case Tree():
+            middle = thing.ground + thing.height - thing.canopy_height / 2
+            return Solids(
+                cylinders=np.array([[thing.x, thing.y, thing.ground, middle, thing.trunk_radius]]),
+                spheroids=np.array(
+                    [[thing.x, thing.y, middle, thing.canopy_radius, thing.canopy_height / 2]]
+                ),
+            )
+        case Pole():
+            top = thing.ground + thing.height
+            return Solids(cylinders=np.array([[thing.x, thing.y, thing.ground, top, thing.radius]]))
+        case Wire():
+            return Solids(capsules=wire_capsules(thing))
+        case Box():
+            return Solids(
+                boxes=np.concatenate([thing.centre_site, thing.size / 2, [thing.yaw]])[None]
+            )
+
+
+def tree_solids(world: World) -> Solids:
+    """All trunks and canopies."""
+    return Solids.joined(solids_of(tree) for tree in world.trees)
 
 
 def obstacle_solids(world: World) -> Solids:
-    """Poles, wires (WIRE_SEGMENTS capsules each) and boxes: what stands still and is no tree."""
-    return Solids(
-        cylinders=_rows([_pole(pole) for pole in world.poles], 5),
-        spheroids=np.empty((0, 5)),
-        capsules=np.concatenate([wire_capsules(wire) for wire in world.wires])
-        if world.wires
-        else np.empty((0, 7)),
-        boxes=_rows([_box(box) for box in world.boxes], 7),
+    """Poles, wires and boxes: what stands still and is no tree."""
+    things: tuple[Thing, ...] = (*world.poles, *world.wires, *world.boxes)
+    return Solids.joined(solids_of(thing) for thing in things)
+
+
+def cylinder_bounds(rows: Array) -> tuple[Points, Points]:
+    """(n, 5) -> lower and upper corners (n, 3)."""
+    x, y, bottom, top, radius = rows.T
+    return (
+        np.column_stack([x - radius, y - radius, bottom]),
+        np.column_stack([x + radius, y + radius, top]),
     )
+
+
+def spheroid_bounds(rows: Array) -> tuple[Points, Points]:
+    """(n, 5) -> lower and upper corners (n, 3)."""
+    reach = rows[:, [3, 3, 4]]
+    return rows[:, :3] - reach, rows[:, :3] + reach
+
+
+def capsule_bounds(rows: Array) -> tuple[Points, Points]:
+    """(n, 7) -> lower and upper corners (n, 3)."""
+    a, b, radius = rows[:, :3], rows[:, 3:6], rows[:, 6:]
+    return np.minimum(a, b) - radius, np.maximum(a, b) + radius
+
+
+def box_bounds(rows: Array) -> tuple[Points, Points]:
+    """(n, 7) -> lower and upper corners (n, 3)."""
+    cos, sin = np.abs(np.cos(rows[:, 6])), np.abs(np.sin(rows[:, 6]))
+    x, y, z = rows[:, 3:6].T
+    reach = np.column_stack([cos * x + sin * y, sin * x + cos * y, z])
+    return rows[:, :3] - reach, rows[:, :3] + reach
 
 
 def wire_capsules(wire: Wire) -> Array:
@@ -77,24 +138,8 @@ def walker_at(person: Person, times: Array) -> Points:
     return person.a_site + share[:, None] * (person.b_site - person.a_site)
 
 
-def person_capsules(people: Sequence[Person], time: float) -> Array:
-    """The (n, 7) upright capsules of people at one time."""
-    at = np.array([time])
-    rows = []
-    for person in people:
-        x, y = walker_at(person, at)[0]
-        top = max(person.height - person.radius, person.radius)
-        rows.append((x, y, person.radius, x, y, top, person.radius))
-    return _rows(rows, 7)
-
-
-def _pole(pole: Pole) -> tuple[float, ...]:
-    return (pole.x, pole.y, pole.ground, pole.ground + pole.height, pole.radius)
-
-
-def _box(box: Box) -> tuple[float, ...]:
-    return (*box.centre_site, *(np.asarray(box.size) / 2), box.yaw)
-
-
-def _rows(rows: Sequence[tuple[float, ...]], width: int) -> Array:
-    return np.array(rows, dtype=np.float64).reshape(len(rows), width)
+def person_capsule(person: Person, time: float) -> Array:
+    """The (1, 7) upright capsule of a person at one time."""
+    x, y = walker_at(person, np.array([time]))[0]
+    top = max(person.height - person.radius, person.radius)
+    return np.array([[x, y, person.radius, x, y, top, person.radius]])

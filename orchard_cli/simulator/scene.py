@@ -1,0 +1,107 @@
+"""The simulated world at work: what its camera sees, and what the airframe touches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orchard_cli.geometry.clearance import Clearance, capsule_distances, clearance, nearest_solid
+from orchard_cli.geometry.shapes import (
+    Solids,
+    obstacle_solids,
+    person_capsule,
+    solids_of,
+    tree_solids,
+)
+from orchard_cli.model.arrays import Array, Vector
+from orchard_cli.model.depth import DepthCamera
+from orchard_cli.model.world import World
+
+from .render import Painter, stereo_image
+from .render.stereo import FARTHEST
+
+T = TypeVar("T")
+
+
+class Scene:
+    """A world, ready to be looked at and flown into. Holds nothing that changes."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.ground = ground_plane(world)  # (a, b, c): z = a x + b y + c
+        self._still = Solids.joined([tree_solids(world), obstacle_solids(world)])
+        kinds: tuple[Sequence[Thing], ...] = (world.trees, world.poles, world.wires, world.boxes)
+        self._things = tuple(
+            (name, solids_of(thing)) for kind in kinds for name, thing in _numbered(kind)
+        )
+        bounds = [solids.bounds() for _, solids in self._things]
+        self._low = np.array([low.min(axis=0) for low, _ in bounds]).reshape(-1, 3)
+        self._high = np.array([high.max(axis=0) for _, high in bounds]).reshape(-1, 3)
+
+    def depth(
+        self, camera: DepthCamera, position_site: Vector, site_from_body: Vector, time: float
+    ) -> NDArray[np.float32]:
+        """True depth (h, w) m along the optical axis of a camera on a body, infinite for sky."""
+        painter = Painter.at(camera, position_site, site_from_body, FARTHEST)
+        walkers = (Solids(capsules=person_capsule(one, time)) for one in self.world.people)
+        return painter.paint(self.ground, Solids.joined([self._still, *walkers]))
+
+    def render(
+        self,
+        camera: DepthCamera,
+        position_site: Vector,
+        site_from_body: Vector,
+        time: float,
+        frame_number: int,
+    ) -> NDArray[np.uint16]:
+        """The camera's image (h, w) mm, with stereo's errors; the same for a seed and a number."""
+        noise = self.world.noise
+        return stereo_image(
+            self.depth(camera, position_site, site_from_body, time),
+            camera, noise.disparity_px, noise.dropout, self.world.seed, frame_number,
+        )  # fmt: skip
+
+    def ground_height(self, x: float, y: float) -> float:
+        """z of the ground, m."""
+        a, b, c = self.ground
+        return float(a * x + b * y + c)
+
+    def clearance(self, position_site: Vector, time: float) -> Clearance:
+        """Distances from one point to the nearest obstacle and tree; arrays of one."""
+        return clearance(self.world, np.asarray(position_site)[None], np.array([time]))
+
+    def contact(self, position_site: Vector, radius: float, time: float) -> str | None:
+        """What a ball touches, such as "pole 2" (counted from 1 as in the world), or None."""
+        point = np.asarray(position_site, dtype=np.float64)
+        near = (self._low - radius <= point).all(axis=1) & (point <= self._high + radius).all(
+            axis=1
+        )
+        for index in np.flatnonzero(near):
+            name, solids = self._things[index]
+            if nearest_solid(solids, point[None])[0] <= radius:
+                return name
+        for name, person in _numbered(self.world.people):
+            if capsule_distances(point[None], person_capsule(person, time))[0, 0] <= radius:
+                return name
+        return None
+
+
+def _numbered(things: Sequence[T]) -> list[tuple[str, T]]:
+    return [(f"{type(t).__name__.lower()} {n}", t) for n, t in enumerate(things, start=1)]
+
+
+def ground_plane(world: World) -> Array:
+    """(a, b, c) of the ground z = a x + b y + c: level at 0 unless the trees stand higher or lower.
+
+    A plane by least squares through the feet of the trees; what stands off it hangs or is buried
+    by the difference.
+    """
+    feet = np.array([(tree.x, tree.y, tree.ground) for tree in world.trees]).reshape(-1, 3)
+    if not feet[:, 2].any():
+        return np.zeros(3)
+    places = np.column_stack([feet[:, :2], np.ones(len(feet))])
+    plane: Array = np.linalg.lstsq(places, feet[:, 2], rcond=None)[0]
+    return plane
