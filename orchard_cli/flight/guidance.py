@@ -17,7 +17,7 @@ from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Setpoint, VehicleState
 from orchard_cli.motion.braking import brake
 from orchard_cli.motion.situation import Avoid, Keep, Stop, Verdict
-from orchard_cli.motion.timing import time_path
+from orchard_cli.motion.timing import PathLimits, time_path
 from orchard_cli.motion.yaw import heading_ahead, step_yaw, wrapped
 
 LOOK_AHEAD = 0.8  # s: the nose points to where the vehicle will be then
@@ -125,7 +125,14 @@ class Guidance:
 
     def timed(self, points_site: Points) -> Trajectory:
         """A path (n, 3) from rest to rest within the mission's limits, starting at time 0."""
-        return time_path(points_site, self._limits)
+        limits = PathLimits(
+            self._limits.speed,
+            self._limits.acceleration,
+            self._limits.acceleration,
+            self._limits.yaw_rate,
+            self._limits.climb_speed,
+        )
+        return time_path(points_site, limits).trajectory
 
     def setpoint(self, now: float) -> Setpoint:
         """The setpoint for `now`; turns the nose by the time since the last call."""

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from shapely import LineString
 
 from orchard_cli.model.arrays import Points, Vector
+from orchard_cli.motion.fit import rounded
 
 SPACING = 0.5  # m
+TOLERANCE = 0.2  # m: the way home may leave the flown one by this much
+CORNER_CUT = 0.3  # m
 
 
 class Trail:
@@ -32,9 +36,13 @@ class Trail:
         return self._length
 
     def home(self, here_site: Vector) -> Points:
-        """(n, 3) m: from here back to the first point, n >= 2."""
+        """(n, 3) m: from here back to the first point, its wiggles straightened by TOLERANCE."""
         back = self._points[::-1] or [here_site]
         path = [here_site, *(p for p in back if np.linalg.norm(p - here_site) > SPACING)]
         if len(path) == 1:
             path.append(back[-1] + np.array([0.0, 0.0, 1e-3]))
-        return np.stack(path)
+        corners = np.array(LineString(path).simplify(TOLERANCE).coords)
+        try:
+            return rounded(corners, CORNER_CUT)[0]
+        except ValueError:  # it once came straight back on its own line: turn there on the spot
+            return corners
