@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from orchard_cli.geometry.clearance import Clearance, capsule_distances, clearance, nearest_solid
 from orchard_cli.geometry.shapes import (
     Solids,
+    Thing,
     obstacle_solids,
     person_capsule,
     solids_of,
