@@ -135,9 +135,9 @@ class Flight:
             self._gear.reporter.say(now, Severity.WARNING, "an avoidance came too late to be flown")
         after = self._helm.guidance.active
         if after is not None and after is not before:
-            avoid = isinstance(result.verdict, Avoid)
-            guide = result.verdict.guide_site if avoid else np.empty((0, 3))
-            self._gear.recorder.write(NewTrajectory(now, after, guide, result.verdict.why))
+            verdict = result.verdict
+            guide = verdict.guide_site if isinstance(verdict, Avoid) else np.empty((0, 3))
+            self._gear.recorder.write(NewTrajectory(now, after, guide, verdict.why))
 
     def _gather(self, stage: Stage, state: VehicleState | None, now: float) -> Seen:
         guidance = self._helm.guidance

@@ -8,20 +8,22 @@ from typing import Generic, Protocol, TypeVar
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
+TakenJob = TypeVar("TakenJob", contravariant=True)
+MadeResult = TypeVar("MadeResult", covariant=True)
 
 
-class Worker(Protocol[Job, Result]):
+class Worker(Protocol[TakenJob, MadeResult]):
     """Does one job at a time and hands out each result once."""
 
     def idle(self) -> bool:
         """Whether a job can be given now."""
         ...
 
-    def give(self, job: Job, now: float) -> None:
+    def give(self, job: TakenJob, now: float) -> None:
         """Start a job; only when idle."""
         ...
 
-    def take(self, now: float) -> Result | Exception | None:
+    def take(self, now: float) -> MadeResult | Exception | None:
         """The finished result, or what went wrong, or None."""
         ...
 

@@ -59,4 +59,5 @@ class LocalFrame:
 
 def flu_from_frd(rates_frd: Vector) -> Vector:
     """Angular velocity (3,) rad/s from body FRD to body FLU."""
-    return rates_frd * np.array([1.0, -1.0, -1.0])
+    turned: Vector = rates_frd * np.array([1.0, -1.0, -1.0])
+    return turned
