@@ -17,7 +17,8 @@ class Limits:
     """What the vehicle may do on this mission."""
 
     speed: float = 1.0  # m/s
-    acceleration: float = 0.5  # m/s²
+    acceleration: float = 0.5  # m/s², length of the whole vector
+    acceleration_along: float = 0.27  # m/s², speeding up and braking (Liu 2024, §5.2)
     yaw_rate: float = 0.8  # rad/s
     climb_speed: float = 0.7  # m/s
     clearance: float = 0.85  # m, airframe's centre to any obstacle's surface, never less

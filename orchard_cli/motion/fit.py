@@ -7,6 +7,7 @@ whatever the least squares give. Here the corners are rounded first, by a stated
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BSpline as ScipySpline
@@ -31,13 +32,21 @@ _STRAIGHT = 1e-6  # rad: less is no corner
 _REVERSAL = math.radians(179.0)  # a sharper turn comes back on its own leg and cannot be rounded
 
 
-def rounded(corners_site: Points, cut: float) -> tuple[Points, Array]:
-    """Dense samples (m, 3) of the legs with each corner rounded, and the bound at each corner.
+@dataclass(frozen=True, slots=True, eq=False)
+class RoundedPath:
+    """Straight legs with their corners rounded."""
+
+    points_site: Points  # (m, 3) m, at most SPACING apart
+    cuts: Array  # (n - 2,) m, from each corner to the curve
+    corner_lengths: Array  # (n - 2,) m along the points to where each corner is passed
+
+
+def rounded(corners_site: Points, cut: float) -> RoundedPath:
+    """Round each corner of the legs between (n, 3) points.
 
     The curve passes each corner at `cut` m or nearer: nearer where the legs are too short to hold
-    the bend (each leg gives half of its length to either corner). Returns the samples, at most
-    SPACING apart, and the (n - 2,) distances in m by which the corners are cut. Raises ValueError
-    for repeated points, a turn straight back, or a cut that is not positive.
+    the bend (each leg gives half of its length to either corner). Raises ValueError for repeated
+    points, a turn straight back, or a cut that is not positive.
     """
     corners = np.asarray(corners_site, dtype=np.float64)
     legs = np.diff(corners, axis=0)
@@ -46,15 +55,18 @@ def rounded(corners_site: Points, cut: float) -> tuple[Points, Array]:
         raise ValueError("a path to round needs a positive cut and corners that differ")
     ways = legs / lengths[:, None]
     room = np.concatenate([[lengths[0]], lengths[1:-1] / 2, [lengths[-1]]])
-    pieces, cuts, last = [], [], corners[0]
+    pieces, cuts, middles, last = [], [], [], corners[0]
     for i in range(1, len(corners) - 1):
         blend, depth = _blend(ways[i - 1], ways[i], cut, min(room[i - 1], room[i]))
         blend = blend + corners[i]
         pieces += [_straight(last, blend[0]), blend[:-1]]
         cuts.append(depth)
+        middles.append(sum(map(len, pieces)) - len(blend) + 1 + len(blend) // 2)
         last = blend[-1]
     pieces += [_straight(last, corners[-1]), corners[-1:]]
-    return np.concatenate(pieces), np.array(cuts)
+    points = np.concatenate(pieces)
+    along = lengths_of(points)[np.array(middles, dtype=int)]
+    return RoundedPath(points, np.array(cuts), along)
 
 
 def _straight(start: Array, end: Array) -> Points:
@@ -108,7 +120,7 @@ def fit_spline(path_site: Points, count: int) -> BSpline:
     path = np.asarray(path_site, dtype=np.float64)
     if count < DEGREE + 1:
         raise ValueError("a cubic spline needs four control points")
-    lengths = _lengths(path)
+    lengths = lengths_of(path)
     inner = np.linspace(0.0, lengths[-1], count - DEGREE + 1)
     knots = np.concatenate([np.zeros(DEGREE), inner, np.full(DEGREE, lengths[-1])])
     weights = np.ones(len(path))
@@ -141,5 +153,6 @@ def distances(points_site: Points, curve_site: Points) -> Array:
     return out
 
 
-def _lengths(path: Points) -> Array:
+def lengths_of(path: Points) -> Array:
+    """Length of a polyline (m, 3) up to each of its points: (m,) m."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])

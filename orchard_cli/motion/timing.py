@@ -228,8 +228,8 @@ def _accelerate(squared: Array, ds: Array, curvature: Array, whole: float, along
 def _eased(law: _Law, ease: float, rest: float) -> tuple[Array, Array]:
     """Times and travelled lengths, (m,) s and (m,) m, of the law averaged over `ease` s.
 
-    The vehicle stands for `rest` s before it moves. The average is the difference of the travel's integral at both ends of the
-    window.
+    The vehicle stands for `rest` s before it moves. The average is the difference of the travel's
+    integral at both ends of the window.
     """
     wide = ease / 2 + _TICK
     ticks = np.arange(-wide, law.times[-1] + wide + _TICK, _TICK)
@@ -243,8 +243,8 @@ def _eased(law: _Law, ease: float, rest: float) -> tuple[Array, Array]:
 
     def integral_at(times: Array) -> Array:
         beyond = np.maximum(times - ticks[-1], 0.0)  # standing at the end adds `end` per second
-        inside: Array = np.interp(times, ticks, integral)
-        return inside + end * beyond
+        at: Array = np.interp(times, ticks, integral) + end * beyond
+        return at
 
     times = np.arange(-ease / 2, law.times[-1] + ease / 2 + _TICK, _TICK)
     eased = (integral_at(times + ease / 2) - integral_at(times - ease / 2)) / ease
