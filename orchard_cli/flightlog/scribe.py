@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -11,6 +10,7 @@ from foxglove import Channel, Context, channels
 
 from orchard_cli.flightlog import forms, messages
 from orchard_cli.flightlog.messages import known, known_vector, vector
+from orchard_cli.flightlog.pace import Pace
 from orchard_cli.flightlog.scene import scene
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.records import (
@@ -42,15 +42,6 @@ TimedRecord = (
 """Every record but the header."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rates:
-    """How many messages a second, at most, of the topics that would swell the log."""
-
-    depth: float = 2.0  # 848x480: 0.8 MB each before compression
-    cells: float = 2.0
-    battery: float = 1.0
-
-
 def metadata(header: RunHeader) -> dict[str, str]:
     """The run as MCAP metadata; the utc offset is in whole nanoseconds."""
     return {
@@ -69,11 +60,11 @@ def metadata(header: RunHeader) -> dict[str, str]:
 class Scribe:
     """Writes records to the channels of a log. One thread only."""
 
-    def __init__(self, context: Context, header: RunHeader, rates: Rates) -> None:
+    def __init__(self, context: Context, header: RunHeader, battery_rate: float) -> None:
         self._header = header
         self._offset = round(header.utc_offset * 1e9)
-        self._rates = rates
-        self._due: dict[str, float] = {}
+        self._battery = Pace(battery_rate)
+        self._posed = float("-inf")
         self._drawn = False
         self._json = {
             topic: Channel(topic, schema=messages.schema(kind), context=context)
@@ -111,8 +102,7 @@ class Scribe:
             case DepthFrame():
                 self._frame(record, utc)
             case OccupiedCells():
-                if self._is_due("/map/occupied", record.time, self._rates.cells):
-                    self._log("/map/occupied", forms.occupied(record, utc), utc)
+                self._log("/map/occupied", forms.occupied(record, utc), utc)
             case NewTrajectory():
                 self._trajectory(record, utc)
             case LogLine():
@@ -142,9 +132,11 @@ class Scribe:
             heard=state.heard,
         )
         self._say("/odometry", odometry, utc)
-        self._log("/tf", forms.body_transform(state, utc), utc)
-        self._log("/pose", forms.pose(state, utc), utc)
-        if self._is_due("/battery", state.time, self._rates.battery):
+        if state.time > self._posed:  # the flight logs its newest telemetry, so samples repeat
+            self._posed = state.time
+            self._log("/tf", forms.body_transform(state, utc), utc)
+            self._log("/pose", forms.pose(state, utc), utc)
+        if self._battery.due(state.time):
             battery = messages.Battery(
                 time=state.time,
                 share=known(state.battery_share),
@@ -153,10 +145,9 @@ class Scribe:
             self._say("/battery", battery, utc)
 
     def _frame(self, frame: DepthFrame, utc: int) -> None:
-        if self._is_due("/camera/depth", frame.time, self._rates.depth):
-            self._log("/camera/calibration", forms.calibration(frame.camera, utc), utc)
-            self._log("/tf", forms.camera_transform(frame.camera, utc), utc)
-            self._log("/camera/depth", forms.depth_image(frame, utc), utc)
+        self._log("/camera/calibration", forms.calibration(frame.camera, utc), utc)
+        self._log("/tf", forms.camera_transform(frame.camera, utc), utc)
+        self._log("/camera/depth", forms.depth_image(frame, utc), utc)
 
     def _trajectory(self, record: NewTrajectory, utc: int) -> None:
         curve = messages.Curve(
@@ -169,13 +160,6 @@ class Scribe:
         self._say("/trajectory/curve", curve, utc)
         self._log("/trajectory", forms.trajectory_ahead(record, utc), utc)
         self._log("/guide_path", forms.path(record.guide_site, utc), utc)
-
-    def _is_due(self, topic: str, time: float, rate: float) -> bool:
-        due = self._due.get(topic, time)
-        if time < due:
-            return False
-        self._due[topic] = max(due + 1.0 / rate, time)
-        return True
 
     def _log(self, topic: str, message: Any, utc: int) -> None:
         self._fox[topic].log(message, log_time=utc)

@@ -13,7 +13,8 @@ from pathlib import Path
 import foxglove
 from foxglove.mcap import MCAPWriteOptions, MCAPWriter
 
-from orchard_cli.flightlog.scribe import Rates, Scribe, metadata
+from orchard_cli.flightlog.pace import Pace, Rates
+from orchard_cli.flightlog.scribe import Scribe, metadata
 from orchard_cli.flightlog.sink import Sink
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.records import LogLine, OccupiedCells, Record, RunHeader, Severity
@@ -22,7 +23,7 @@ CHUNK_SECONDS = 0.5
 """A chunk is closed and handed to the disk at least this often, in flight time."""
 
 QUEUE_LENGTH = 4096
-BULKY_LENGTH = 64
+BULKY_LENGTH = 512
 """Depth images and maps are dropped first: when this many records wait already."""
 
 CLOSING_LIMIT = 20.0
@@ -49,8 +50,10 @@ class McapRecorder:
         patient: bool = False,
     ) -> None:
         """Create the file. Raises InputError when it exists or cannot be written."""
-        self._sink = Sink(Path(path), overwrite, sync=not patient)
-        self._rates = rates or Rates()
+        rates = rates or Rates()
+        sink = Sink(Path(path), overwrite, sync=not patient)
+        self._writing = _Writing(sink, rates.battery)  # touched by the log's thread only
+        self._paces = {DepthFrame: Pace(rates.depth), OccupiedCells: Pace(rates.cells)}
         self._patient = patient
         self._queue: queue.Queue[Record | None] = queue.Queue(QUEUE_LENGTH)
         self._dropped: Counter[str] = Counter()  # by the flight's thread
@@ -66,16 +69,21 @@ class McapRecorder:
 
     def write(self, record: Record) -> None:
         """Queue one record; never raises, and never waits unless patient."""
-        bulky = isinstance(record, DepthFrame | OccupiedCells)
         if self._closed:
             self._dropped["after the end"] += 1
-        elif bulky and not self._patient and self._queue.qsize() >= BULKY_LENGTH:
-            self._dropped["image or map: the writer is behind"] += 1
-        else:
-            try:
-                self._queue.put(record, block=self._patient)
-            except queue.Full:
-                self._dropped["the queue is full"] += 1
+        elif not isinstance(record, DepthFrame | OccupiedCells):
+            self._put(record)
+        elif self._paces[type(record)].due(record.time):
+            if self._patient or self._queue.qsize() < BULKY_LENGTH:
+                self._put(record)
+            else:
+                self._dropped["image or map: the writer is behind"] += 1
+
+    def _put(self, record: Record) -> None:
+        try:
+            self._queue.put(record, block=self._patient)
+        except queue.Full:
+            self._dropped["the queue is full"] += 1
 
     def close(self) -> None:
         """Write out everything that is queued and finish the file."""
@@ -88,34 +96,33 @@ class McapRecorder:
                 self._dropped["the disk hangs: the end"] += 1
 
     def _run(self) -> None:
-        writing = _Writing(self._sink, self._rates)
-        while (record := self._next(writing)) is not None:
+        while (record := self._next()) is not None:
             try:
-                writing.take(record)
-                writing.tell(self.losses)
+                self._writing.take(record)
+                self._writing.tell(self.losses)
             except Exception as error:  # a log must not end a flight: count, go on
                 self._failed[f"{type(record).__name__}: {error}"] += 1
         try:
-            writing.finish(self.losses)
+            self._writing.finish(self.losses)
         except Exception as error:
             self._failed[f"the end: {error}"] += 1
 
-    def _next(self, writing: _Writing) -> Record | None:
+    def _next(self) -> Record | None:
         """The next record; a pause in the flight ends the chunk, so that a kill loses nothing."""
         while not self._patient:
             try:
                 return self._queue.get(timeout=CHUNK_SECONDS)
             except queue.Empty:
-                writing.commit()
+                self._writing.commit()
         return self._queue.get()
 
 
 class _Writing:
     """The log's thread: everything that touches the file."""
 
-    def __init__(self, sink: Sink, rates: Rates) -> None:
+    def __init__(self, sink: Sink, battery_rate: float) -> None:
         self._sink = sink
-        self._rates = rates
+        self._battery_rate = battery_rate
         self._context = foxglove.Context()
         options = MCAPWriteOptions(compression_level=1, compression_threads=0, disable_seeking=True)
         self._mcap: MCAPWriter = foxglove.open_mcap(
@@ -173,5 +180,5 @@ class _Writing:
             self._mcap.attach(
                 log_time=utc, create_time=0, name=name, media_type=media, data=bytes(data)
             )
-        self._scribe = Scribe(self._context, header, self._rates)
+        self._scribe = Scribe(self._context, header, self._battery_rate)
         self.commit()

@@ -148,7 +148,7 @@ def test_a_stalled_disk_costs_records_never_time(tmp_path, monkeypatch):
     """The disk hangs; the flight writes on and images go first, then the rest, all counted."""
     go_on = threading.Event()
     monkeypatch.setattr(Sink, "commit", lambda self: go_on.wait(60))
-    recorder = McapRecorder(tmp_path / "stalled.mcap")
+    recorder = McapRecorder(tmp_path / "stalled.mcap", rates=Rates(depth=30.0, cells=30.0))
     records = list(made.flight(made.mission(3), depth=True))
     for one in records:
         recorder.write(one)
