@@ -1,0 +1,88 @@
+"""A* in the local map, the geometric guide path of Liu 2024, §4.2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orchard_cli.mapping import DistanceField
+from orchard_cli.model.arrays import Points, Vector
+
+from . import _kernels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Route:
+    """A way found: straight legs between points, free of obstacles by the limit asked for."""
+
+    points_site: Points  # (n, 2) m, from start to goal
+    cost: int  # cells expanded
+
+
+@dataclass(frozen=True, slots=True)
+class NoRoute:
+    """There is no way, and why."""
+
+    why: str
+    cost: int = 0  # cells expanded
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wall:
+    """A straight line that a route may not cross: it asks for the other way round."""
+
+    a_site: Vector  # (2,) m
+    b_site: Vector  # (2,) m
+
+
+def find_route(
+    field: DistanceField,
+    start_site: Vector,
+    goal_site: Vector,
+    clearance: float,
+    near_site: Points | None = None,
+    stray: float = 0.0,
+    wall: Wall | None = None,
+) -> Route | NoRoute:
+    """Shortest 8-connected way between two points (2,), straightened by line of sight.
+
+    `clearance`: least distance to obstacles, m; where start or goal lie nearer, so may the way,
+    but no nearer than they. `near_site` (n, 2): a way that strays from these points costs
+    `stray` per metre more: it ties the side that is taken to the path that was being flown.
+    """
+    cell, origin = field.cell, field.origin_site
+    nx, ny = field.values.shape
+    ends = np.floor((np.stack([start_site[:2], goal_site[:2]]) - origin) / cell).astype(np.int64)
+    if (ends < 0).any() or (ends >= (nx, ny)).any():
+        return NoRoute("start or goal lies outside the local map")
+    limit = min(clearance, float(field.values[tuple(ends[0])]), float(field.values[tuple(ends[1])]))
+    if limit <= 0:
+        return NoRoute("start or goal lies in an obstacle")
+    walls = np.zeros((nx, ny), dtype=np.bool_)
+    if wall is not None:
+        _build(walls, (wall.a_site - origin) / cell, (wall.b_site - origin) / cell)
+    near = np.empty((0, 2)) if near_site is None else (near_site[:, :2] - origin) / cell - 0.5
+    path, parents = np.empty((nx * ny, 2), dtype=np.int32), np.empty(nx * ny, dtype=np.int32)
+    length, expanded = _kernels.find_path(
+        field.values, limit, walls, ends[0], ends[1], near,
+        stray * cell if len(near) else 0.0, parents, path,
+    )  # fmt: skip
+    if length == 0:
+        return NoRoute("no way round within the local map", expanded)
+    legs = np.empty((length, 2), dtype=np.int32)
+    kept = _kernels.straighten(field.values, limit, walls, path, length, legs)
+    points = origin + (legs[:kept] + 0.5) * cell
+    points[0], points[-1] = start_site[:2], goal_site[:2]
+    return Route(points, expanded)
+
+
+def _build(walls: NDArray[np.bool_], a: Vector, b: Vector) -> None:
+    """Mark the cells under the line from a to b, thick enough that no diagonal step slips by."""
+    steps = int(np.ceil(2 * np.abs(b - a).max())) + 1
+    cells = np.floor(a + np.linspace(0, 1, steps)[:, None] * (b - a)).astype(np.int64)
+    for shift in ((0, 0), (1, 0)):
+        at = cells + shift
+        at = at[((at >= 0) & (at < walls.shape)).all(axis=1)]
+        walls[at[:, 0], at[:, 1]] = True

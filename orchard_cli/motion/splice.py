@@ -1,0 +1,88 @@
+"""The flown trajectory is the reference with spans of its control points replaced.
+
+A replacement may have more points than it replaces: what follows is then the reference, a whole
+number of intervals later. Counted from the end, its control points are still the reference's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchard_cli.model.arrays import Points
+from orchard_cli.model.trajectory import DEGREE, Trajectory
+
+from .braking import first_knot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Head:
+    """What of a trajectory is kept: all that is flown up to a knot."""
+
+    start: float  # s
+    interval: float  # s
+    control_points_site: Points  # (k + 3, 3): knot k is where a change may begin
+
+    @property
+    def begin(self) -> float:
+        """Time of the knot, s."""
+        return self.start + (len(self.control_points_site) - DEGREE) * self.interval
+
+
+def head_at(active: Trajectory, commit: float) -> Head:
+    """The active trajectory up to its first knot at or after `commit`.
+
+    Past its end it stands still: the head then begins at `commit`, at rest at the end point.
+    """
+    if commit >= active.end:
+        rest = np.repeat(active.control_points_site[-1:], DEGREE, axis=0)
+        return Head(commit, active.interval, rest)
+    knot = first_knot(active, commit)
+    return Head(active.start, active.interval, active.control_points_site[: knot + DEGREE])
+
+
+def shared_tail(active: Trajectory, reference: Trajectory) -> int:
+    """How many control points at the end of both are the same."""
+    a, r = active.control_points_site, reference.control_points_site
+    n = min(len(a), len(r))
+    differs = (a[len(a) - n :] != r[len(r) - n :]).any(axis=1)
+    where = np.flatnonzero(differs)
+    return n if len(where) == 0 else int(n - 1 - where[-1])
+
+
+def splice(head: Head, free: Points, reference: Trajectory, rejoin: int) -> Trajectory:
+    """Head, then the free control points (f, 3), then the reference from its knot `rejoin` on."""
+    tail = reference.control_points_site[rejoin:]
+    control = np.concatenate([head.control_points_site, free, tail])
+    return Trajectory(head.start, head.interval, control)
+
+
+def knots_of(control_points: Points) -> Points:
+    """Where the curve is at its knots: (n, 3) control points -> (n - 2, 3) m."""
+    c = control_points
+    return (c[:-2] + 4 * c[1:-1] + c[2:]) / 6
+
+
+def nearest_knot(reference: Trajectory, point: Points, low: int, high: int) -> int:
+    """Index of the reference's knot nearest to a point (3,), among those in [low, high]."""
+    last = len(reference.control_points_site) - DEGREE
+    low = min(max(low, 0), last)
+    high = min(max(high, low), last)
+    knots = knots_of(reference.control_points_site[low : high + DEGREE])
+    return low + int(np.argmin(np.linalg.norm(knots[:, :2] - point[:2], axis=1)))
+
+
+def counterpart(
+    active: Trajectory, reference: Trajectory, tail: int, knot: int, point: Points
+) -> int:
+    """The reference's knot that belongs to a knot of the active one, at `point` (3,).
+
+    Where both are the same (the last `tail` points) it is known exactly; inside a detour it is
+    the nearest one. A detour only delays, so no knot lies before the one counted from the end.
+    """
+    delay = len(active.control_points_site) - len(reference.control_points_site)
+    first_shared = len(active.control_points_site) - tail
+    if knot >= first_shared:
+        return knot - delay
+    return nearest_knot(reference, point, knot - delay - 2, first_shared - delay)
