@@ -59,7 +59,7 @@ class _Taken:
             case Message():
                 self._message(record)
             case Schema():
-                self._schemas[record.id] = record
+                self._schemas.setdefault(record.id, record)
             case Channel():
                 self._channel(record)
             case Attachment():
@@ -68,15 +68,18 @@ class _Taken:
                 self._metadata = record.metadata
 
     def _channel(self, channel: Channel) -> None:
-        if channel.topic not in self._topics:
+        if channel.topic not in self._topics or channel.id in self._decoders:
             return
+        try:
+            self._decoders[channel.id] = (channel.topic, self._decoder(channel))
+        except Exception:  # a damaged schema: protobuf raises many kinds
+            self._unreadable[channel.topic] += 1
+
+    def _decoder(self, channel: Channel) -> Any:
         if channel.topic in JSON_TOPICS:
-            decode: Any = msgspec.json.Decoder(JSON_TOPICS[channel.topic]).decode
-        else:
-            schema = self._schemas.get(channel.schema_id)
-            decode = DecoderFactory().decoder_for(channel.message_encoding, schema)
-        if decode is not None:
-            self._decoders[channel.id] = (channel.topic, decode)
+            return msgspec.json.Decoder(JSON_TOPICS[channel.topic]).decode
+        schema = self._schemas[channel.schema_id]
+        return DecoderFactory().decoder_for(channel.message_encoding, schema)
 
     def _message(self, message: Message) -> None:
         if message.channel_id not in self._decoders:

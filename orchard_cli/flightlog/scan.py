@@ -54,7 +54,8 @@ class Scan:
                 self._explain(error, place, finished)
                 return
             finished = finished or isinstance(record, DataEnd)
-            yield from parts
+            if not finished:  # the summary only repeats
+                yield from parts
 
     def _explain(self, error: Exception, place: int, finished: bool) -> None:
         if isinstance(error, InvalidMagic) and place == 0:
