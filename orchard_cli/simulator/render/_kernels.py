@@ -19,11 +19,11 @@ FLYING = 0.12  # share of the pixels at a depth edge that land between its two s
 @njit(cache=True, nogil=True, inline="always")
 def _mixed(a, b, c, d):
     """A well-mixed 32-bit number of four integers: the same on any machine and thread."""
-    h = np.uint32(np.uint32(a) * np.uint32(0x9E3779B1) ^ np.uint32(b) * np.uint32(0x85EBCA77))
-    h = np.uint32(h ^ np.uint32(c) * np.uint32(0xC2B2AE3D) ^ np.uint32(d) * np.uint32(0x27D4EB2F))
-    h = np.uint32((h ^ (h >> 15)) * np.uint32(0x2C1B3C6D))
-    h = np.uint32((h ^ (h >> 12)) * np.uint32(0x297A2D39))
-    return np.uint32(h ^ (h >> 15))
+    h = (a * 0x9E3779B1) ^ (b * 0x85EBCA77) ^ (c * 0xC2B2AE3D) ^ (d * 0x27D4EB2F)
+    h = np.uint64(h & 0xFFFFFFFF)
+    h = ((h ^ (h >> np.uint64(15))) * np.uint64(0x2C1B3C6D)) & np.uint64(0xFFFFFFFF)
+    h = ((h ^ (h >> np.uint64(12))) * np.uint64(0x297A2D39)) & np.uint64(0xFFFFFFFF)
+    return np.int64(h ^ (h >> np.uint64(15)))
 
 
 @njit(cache=True, nogil=True, inline="always")

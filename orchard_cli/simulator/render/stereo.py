@@ -31,6 +31,6 @@ def stereo_image(
     image = np.empty(depth.shape, dtype=np.uint16)
     _kernels.sense(
         depth, camera.fx * BASELINE, disparity_sigma, dropout, camera.range_min, FARTHEST,
-        np.uint32(seed & 0xFFFFFFFF), np.uint32(frame_number & 0xFFFFFFFF), image,
+        seed & 0x7FFFFFFF, frame_number & 0x7FFFFFFF, image,
     )  # fmt: skip
     return image
