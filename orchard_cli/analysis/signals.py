@@ -1,0 +1,90 @@
+"""Statistics over time and derived rates, the same for every metric."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from orchard_cli.model.arrays import Array, Points
+from orchard_cli.model.flown import Track
+
+CUTOFF = 1.0
+"""Hz of the low-pass before differentiating or adding up steps: sensor noise is no motion."""
+
+
+def shares(times: Array) -> Array:
+    """(n,) share of the whole time that each sample stands for (trapezoid rule); sums to 1."""
+    if len(times) == 1:
+        return np.ones(1)
+    gaps = np.diff(times)
+    weights = (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0)) / 2
+    return np.asarray(weights / weights.sum())
+
+
+def mean(times: Array, values: Array) -> float:
+    """Mean over time, not over samples."""
+    return float(shares(times) @ values)
+
+
+def rms(times: Array, values: Array) -> float:
+    """Root of the mean square over time."""
+    return float(np.sqrt(shares(times) @ values**2))
+
+
+def percentile_95(times: Array, values: Array) -> float:
+    """The value not exceeded during 95 % of the time."""
+    weights = shares(times)
+    return float(np.quantile(values, 0.95, weights=weights, method="inverted_cdf"))
+
+
+def smooth(times: Array, values: Points) -> tuple[Array, Points]:
+    """Evenly spaced times and the values there, low-passed without delay.
+
+    Second-order Butterworth at CUTOFF, forwards and backwards, at the median sampling rate.
+    Fewer than ten samples, or samples slower than twice CUTOFF, are only spaced evenly.
+    """
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    even = np.linspace(times[0], times[-1], max(2, round((times[-1] - times[0]) / step) + 1))
+    spaced = np.column_stack([np.interp(even, times, column) for column in values.T])
+    rate = (len(even) - 1) / max(float(even[-1] - even[0]), 1e-9)
+    if len(even) < 10 or rate <= 2 * CUTOFF:
+        return even, spaced
+    pad = min(len(even) - 1, int(3 * rate / CUTOFF))
+    filtered = sosfiltfilt(butter(2, CUTOFF, fs=rate, output="sos"), spaced, axis=0, padlen=pad)
+    return even, np.asarray(filtered)
+
+
+def path_length(track: Track) -> float:
+    """m along the low-passed positions."""
+    _, positions = smooth(track.times, track.positions_site)
+    return float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
+
+
+def accelerations(track: Track) -> tuple[Array, Array]:
+    """Times and the size of the flown acceleration (m/s²): the slope of low-passed velocity."""
+    times, velocities = smooth(track.times, track.velocities_site)
+    slope = np.gradient(velocities, times, axis=0)
+    return times, np.linalg.norm(slope, axis=1)
+
+
+def yaws(track: Track) -> Array:
+    """(n,) rad, the nose's angle from +x, without jumps at the wrap."""
+    w, x, y, z = track.site_from_body.T
+    return np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def yaw_rates(track: Track) -> tuple[Array, Array]:
+    """Times and the yaw angle's rate (rad/s), counter-clockwise positive.
+
+    From the angular velocity, q sin(roll) / cos(pitch) + r cos(roll) / cos(pitch); where the log
+    lacks it, the slope of the low-passed yaw angle.
+    """
+    rates = track.angular_velocities_body
+    if len(track.times) and np.isfinite(rates).all():
+        w, x, y, z = track.site_from_body.T
+        roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        level = np.maximum(np.sqrt(np.clip(1 - (2 * (w * y - x * z)) ** 2, 0.0, 1.0)), 0.1)
+        turned = (rates[:, 1] * np.sin(roll) + rates[:, 2] * np.cos(roll)) / level
+        return track.times, np.asarray(turned)
+    times, angles = smooth(track.times, yaws(track)[:, None])
+    return times, np.gradient(angles[:, 0], times)
