@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from orchard_cli.avoidance import Guided, NoAvoidance
+from orchard_cli.avoidance import Blind, Guided
 from orchard_cli.errors import Fault, InputError, LinkError
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
 from orchard_cli.flight.ports import Avoidance, Camera, Clock, Guard, Truth, Vehicle
@@ -24,7 +24,7 @@ from orchard_cli.model.world import World
 from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
 
 DEADMAN = 0.5  # s of real time
-SYSTEMS: dict[str, Callable[[], Avoidance]] = {"guided": Guided, "none": NoAvoidance}
+SYSTEMS: dict[str, Callable[[], Avoidance]] = {"guided": Guided, "none": Blind}
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from orchard_cli.model.arrays import Points
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import FlightMode, Setpoint, VehicleState
@@ -15,8 +16,8 @@ from .guidance import Guidance
 from .phases import Decision, Steer
 from .trail import Trail
 
-SAMPLE = 0.5  # s between points of an interrupted trajectory that is flown on
-NEARBY = 40  # samples ahead among which the point of rest is looked for
+SPACING = 0.05  # m between points of an interrupted trajectory that is flown on
+NEARBY = 400  # points ahead among which the point of rest is looked for
 
 
 class Helm:
@@ -25,6 +26,7 @@ class Helm:
     def __init__(self, mission: Mission) -> None:
         self.guidance = Guidance(mission.limits)
         self.trail = Trail()
+        self._speed = mission.limits.speed
         self._rest = mission.trajectory  # still to be flown, should a join be asked for
         self._home: Trajectory | None = None
         self._steer = Steer.NOTHING
@@ -83,11 +85,19 @@ class Helm:
 
     def _remember(self, before: Trajectory | None, now: float) -> None:
         """Keep what was left of `before` past the point of rest, timed anew from there."""
-        if before is None or now >= before.end - SAMPLE:
+        if before is None or now >= before.end:
             return
-        times = np.append(np.arange(now, before.end - SAMPLE / 2, SAMPLE), before.end)
-        ahead = before.sample(times)[0]
+        times = np.arange(now, before.end, SPACING / self._speed)
+        ahead = before.sample(np.append(times, before.end))[0]
         rest = self.guidance.position(math.inf)
         nearest = int(np.argmin(np.linalg.norm(ahead[:NEARBY] - rest, axis=1)))
-        if nearest < len(ahead) - 1:
-            self._rest = self.guidance.timed(ahead[nearest:])
+        left = _thinned(ahead[nearest:])
+        if len(left) > 1:
+            self._rest = self.guidance.timed(left)
+
+
+def _thinned(points: Points) -> Points:
+    """Without points that crowd where the curve was slow: their chords have no true direction."""
+    travelled = np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))
+    kept = np.flatnonzero(np.diff((travelled / SPACING).astype(int), prepend=0)) + 1
+    return points[np.concatenate([[0], kept])]

@@ -22,6 +22,7 @@ JOIN_LIMIT = 45.0
 HOLD_LIMIT = 30.0  # s to wait for a cause to go away before returning
 CHOICE_LIMIT = 120.0  # s to wait for the operator's choice before returning
 LANDING_LIMIT = 120.0
+AWAKE = 0.3  # s: nothing older counts as fresh when deciding to go on
 
 
 class Steer(Enum):
@@ -141,24 +142,26 @@ def _hold(stage: Stage, seen: Seen, now: float) -> Stage:
         return _to(stage, moving, now, "a way round was found")
     if seen.request is Request.CONTINUE:
         return _to(stage, onward, now, "the operator said so")
-    gone = {
-        Hazard.BLOCKED: False,
-        Hazard.FRAME_LATE: seen.frame_age < 0.3,
-        Hazard.PLANNER_LATE: seen.planner_age < 0.3,
-        Hazard.OFF_TRACK: seen.off_track < 0.5,
-        Hazard.LINK_SILENT: seen.silence < 0.3,
-    }
-    if seen.still and waited > 1.0 and stage.cause in gone and gone[stage.cause]:
+    if stage.cause in _PASSING and seen.still and waited > 1.0 and _awake(seen):
         return _to(stage, onward, now, f"over: {stage.why}")
-    if waited > (HOLD_LIMIT if stage.cause in gone else CHOICE_LIMIT):
+    if waited > (CHOICE_LIMIT if stage.cause is Hazard.HOLD_ASKED else HOLD_LIMIT):
         return _give_up(stage, seen, now)
     return stage
 
 
+_PASSING = {Hazard.FRAME_LATE, Hazard.PLANNER_LATE, Hazard.OFF_TRACK, Hazard.LINK_SILENT}
+
+
+def _awake(seen: Seen) -> bool:
+    """Whether eyes, planner and link are all fresh and the vehicle is where it should be."""
+    ages = (seen.frame_age, seen.planner_age, seen.silence)
+    return max(ages) < AWAKE and seen.off_track < 0.5
+
+
 def _give_up(stage: Stage, seen: Seen, now: float) -> Stage:
     """Back the way it came, which was seen free; without eyes, or held there too, down."""
-    eyes = seen.frame_age < 0.5 and seen.planner_age < 0.5 and seen.silence < 0.5
-    target = Phase.RETURN if eyes and not stage.returning else Phase.LANDING
+    able = _awake(seen) and not stage.returning
+    target = Phase.RETURN if able else Phase.LANDING
     return _off_plan(stage, target, now, f"held {now - stage.since:.0f} s: {stage.why}")
 
 

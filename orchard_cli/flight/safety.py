@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from orchard_cli.model.vehicle import FlightMode, Landed, VehicleState
+from orchard_cli.model.vehicle import FlightMode, VehicleState
 
 
 class Phase(Enum):
@@ -134,7 +134,7 @@ def hazards(phase: Phase, age: float, seen: Seen, tolerances: Tolerances) -> tup
         sticks = vehicle.mode is FlightMode.PILOT
         if sticks or (foreign and age > tolerances.mode_grace):
             found.append(Hazard.PILOT)
-        if not vehicle.armed and vehicle.landed in (Landed.ON_GROUND, Landed.IN_AIR):
+        if not vehicle.armed and phase not in (Phase.LANDING, Phase.PILOT):
             found.append(Hazard.CRASHED)
         if vehicle.battery_share < seen.critical_share:
             found.append(Hazard.BATTERY_CRITICAL)

@@ -43,6 +43,6 @@ class Trail:
             path.append(back[-1] + np.array([0.0, 0.0, 1e-3]))
         corners = np.array(LineString(path).simplify(TOLERANCE).coords)
         try:
-            return rounded(corners, CORNER_CUT)[0]
+            return rounded(corners, CORNER_CUT).points_site
         except ValueError:  # it once came straight back on its own line: turn there on the spot
             return corners

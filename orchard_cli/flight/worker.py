@@ -8,22 +8,22 @@ from typing import Generic, Protocol, TypeVar
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-TakenJob = TypeVar("TakenJob", contravariant=True)
-MadeResult = TypeVar("MadeResult", covariant=True)
+JobTaken_contra = TypeVar("JobTaken_contra", contravariant=True)
+ResultMade_co = TypeVar("ResultMade_co", covariant=True)
 
 
-class Worker(Protocol[TakenJob, MadeResult]):
+class Worker(Protocol[JobTaken_contra, ResultMade_co]):
     """Does one job at a time and hands out each result once."""
 
     def idle(self) -> bool:
         """Whether a job can be given now."""
         ...
 
-    def give(self, job: TakenJob, now: float) -> None:
+    def give(self, job: JobTaken_contra, now: float) -> None:
         """Start a job; only when idle."""
         ...
 
-    def take(self, now: float) -> MadeResult | Exception | None:
+    def take(self, now: float) -> ResultMade_co | Exception | None:
         """The finished result, or what went wrong, or None."""
         ...
 

@@ -184,7 +184,8 @@ class MavsdkVehicle:
             raise LinkError(
                 f"the autopilot has no global origin yet ({error.result.name}); wait for GPS"
             ) from error
-        x, y = site_from_wgs84(origin, local.latitude_deg, local.longitude_deg)
+        place = np.array([[local.latitude_deg, local.longitude_deg, origin.height]])
+        x, y, _ = site_from_wgs84(origin, place)[0]
         return LocalFrame(origin.heading, np.array([x, y, 0.0]))
 
     def _on_connected(self, connected: bool) -> None:
