@@ -26,6 +26,9 @@ from orchard_cli.motion.stopwatch import Stopwatch
 
 Flags = NDArray[np.bool_]
 _SPARE = 0.03  # m: between two knots the reference may be nearer than at both
+WIDEST = 0.0  # as a lead: rejoin in the middle of the longest free stretch
+_APPROACH = 1.5  # m of reference that a slow detour runs along before it rejoins, to speed up
+_LEAST_ROOM = 0.3  # m of free reference on both sides of such a rejoin point
 _FROM_END = 1.0  # m that are enough behind an obstacle to come to rest at the reference's end
 
 
@@ -33,9 +36,10 @@ _FROM_END = 1.0  # m that are enough behind an obstacle to come to rest at the r
 class Attempt:
     """One way to go about a detour."""
 
-    lead: float  # m of free reference between the obstacle and the rejoin point
+    lead: float  # m of free reference between the obstacle and the rejoin point, or WIDEST
     cruise: float = 1.0  # share of the reference's speed
     other_side: bool = False
+    tight: bool = False  # without the room for tracking errors, which are small when slow
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +65,14 @@ class GuidedSettings:
     attempts: tuple[Attempt, ...] = (
         Attempt(4.5),
         Attempt(4.5, cruise=0.8),
-        Attempt(6.5),
         Attempt(4.5, other_side=True),
         Attempt(3.0, cruise=0.6),
-        Attempt(4.5, cruise=0.6, other_side=True),
+        Attempt(3.0, cruise=0.6, other_side=True),
+        Attempt(WIDEST, cruise=0.6),
         Attempt(3.0, cruise=0.35),
+        Attempt(WIDEST, cruise=0.35),
+        Attempt(WIDEST, cruise=0.35, other_side=True),
+        Attempt(WIDEST, cruise=0.35, tight=True),
     )
 
 
@@ -148,16 +155,19 @@ class Guided:
         result = NoDetour("")
         guide: Points | None = None
         for attempt in s.attempts:
-            rejoin = self._rejoin(view, task, attempt.lead)
+            rejoin, room = self._rejoin(view, task, attempt.lead)
             if rejoin is None:
                 result = NoDetour("the way ahead is not free again within the local map")
                 continue
             if attempt.other_side and guide is None:
                 continue
-            found = find_detour(
-                task, rejoin, replace(manner, cruise=attempt.cruise), watch,
-                guide if attempt.other_side else None,
-            )  # fmt: skip
+            tried = replace(
+                manner,
+                cruise=attempt.cruise,
+                accept=view.floor if attempt.tight else manner.accept,
+                approach=min(_APPROACH, room) if attempt.cruise < 0.7 else 0.0,
+            )
+            found = find_detour(task, rejoin, tried, watch, guide if attempt.other_side else None)
             if isinstance(found, Detour):
                 height = np.full(len(found.guide_site), view.rejoins[0, 2])
                 return Avoid(
@@ -187,19 +197,26 @@ class Guided:
         """Which of the rejoin points are free, with a little to spare between them."""
         return view.field.at(view.rejoins[:, :2]) >= view.floor + self._settings.accept + _SPARE
 
-    def _rejoin(self, view: _View, task: Task, lead: float) -> int | None:
-        """The first knot of the reference that is `lead` m behind the obstacle, and free ahead."""
+    def _rejoin(self, view: _View, task: Task, lead: float) -> tuple[int | None, float]:
+        """The first knot of the reference that is `lead` m behind the obstacle, and free ahead.
+
+        With it, the free length before it, m.
+        """
         s = _lengths(view.rejoins)
         beside = int(np.argmin(np.linalg.norm(view.rejoins[:, :2] - task.conflict, axis=1)))
         free = self._free(view)
-        behind = np.maximum.accumulate(np.where(free, s[beside], s))
-        ahead = np.minimum.accumulate(np.where(free, np.inf, s)[::-1])[::-1]
-        good = (s - behind >= lead) & (ahead - s >= self._settings.ahead)
-        last = len(s) - 1
-        if view.first + last == len(task.reference.control_points_site) - DEGREE:
-            good[last] |= s[last] - behind[last] >= min(lead, _FROM_END)
+        behind = s - np.maximum.accumulate(np.where(free, s[beside], s))
+        ahead = np.minimum.accumulate(np.where(free, np.inf, s)[::-1])[::-1] - s
+        if lead == WIDEST:
+            room = np.minimum(behind, ahead)
+            good = (room == room.max()) & (room > _LEAST_ROOM)
+        else:
+            good = (behind >= lead) & (ahead >= self._settings.ahead)
+            last = len(s) - 1
+            if view.first + last == len(task.reference.control_points_site) - DEGREE:
+                good[last] |= behind[last] >= min(lead, _FROM_END)
         found = np.flatnonzero(good)
-        return view.first + int(found[0]) if len(found) else None
+        return (view.first + int(found[0]), float(behind[found[0]])) if len(found) else (None, 0.0)
 
     def _stop(self, view: _View, why: str) -> Keep | Stop:
         """Brake before what blocks the way, as late as that is gentle, within what was seen."""

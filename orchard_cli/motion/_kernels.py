@@ -13,6 +13,7 @@ from numba import njit
 FIXED = 3  # control points at each end of a span
 _FLAT = 1e-6  # m², keeps eq. 16 smooth where neighbours coincide (at rest)
 _MEMORY = 8  # pairs kept by L-BFGS
+_GROUND = 0.03  # added stiffness of each point, so that no first step is wild
 _ARMIJO = 1e-4
 _HALVINGS = 12
 
@@ -177,47 +178,107 @@ def span_cost(q, guide, weights, limits, values, frame, grad):
 
 
 @njit(cache=True, nogil=True)
-def quasi_newton(grad, steps, changes, kept, newest, out):
-    """The L-BFGS direction -H grad from `kept` pairs in a ring (Nocedal's two-loop recursion)."""
-    alpha = np.empty(max(kept, 1))
-    out[:] = -grad
+def stiffness(weights, band):
+    """Cholesky factor of the smoothness terms' Hessian over f free points, in `band` (f, 4).
+
+    Both coordinates share it. Eq. 16's is taken at an even spacing, half along the path.
+    """
+    f = band.shape[0]
+    band[:] = 0.0
+    second, third = np.array([1.0, -2.0, 1.0, 0.0]), np.array([-1.0, 3.0, -3.0, 1.0])
+    for stencil, size, scale in ((second, 3, 0.25 * weights[0]), (third, 4, 2.0 * weights[1])):
+        for row in range(-3, f):
+            for i in range(size):
+                for j in range(i + 1):
+                    if row + j >= 0 and row + i < f:
+                        band[row + i, i - j] += scale * stencil[i] * stencil[j]
+    for i in range(f):
+        band[i, 0] += 2.0 * weights[2] + _GROUND
+        for k in range(min(i, 3), -1, -1):
+            j = i - k
+            total = band[i, k]
+            for m in range(max(i - 3, 0), j):
+                total -= band[i, i - m] * band[j, j - m]
+            band[i, k] = total / band[j, 0] if k > 0 else np.sqrt(total)
+
+
+@njit(cache=True, nogil=True)
+def soften(band, x):
+    """Solve the factored band for both columns of x (f, 2), in place."""
+    f = band.shape[0]
+    for c in range(2):
+        for i in range(f):
+            for k in range(1, min(i, 3) + 1):
+                x[i, c] -= band[i, k] * x[i - k, c]
+            x[i, c] /= band[i, 0]
+        for i in range(f - 1, -1, -1):
+            for k in range(1, min(f - 1 - i, 3) + 1):
+                x[i, c] -= band[i + k, k] * x[i + k, c]
+            x[i, c] /= band[i, 0]
+
+
+@njit(cache=True, nogil=True)
+def _inner(a, b):
+    total = 0.0
+    for i in range(a.shape[0]):
+        total += a[i, 0] * b[i, 0] + a[i, 1] * b[i, 1]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _add(a, factor, b):
+    for i in range(a.shape[0]):
+        a[i, 0] += factor * b[i, 0]
+        a[i, 1] += factor * b[i, 1]
+
+
+@njit(cache=True, nogil=True)
+def quasi_newton(grad, steps, changes, kept, newest, band, out):
+    """The L-BFGS direction -H grad from `kept` pairs in a ring (Nocedal's two-loop recursion).
+
+    H starts from the inverse of the smoothness terms' Hessian rather than a multiple of one, so
+    that a long smooth move of many points takes one iteration and not fifty.
+    """
+    alpha, inverse = np.empty(_MEMORY), np.empty(_MEMORY)
+    for i in range(grad.shape[0]):
+        out[i, 0], out[i, 1] = -grad[i, 0], -grad[i, 1]
     for back in range(kept):
-        k = (newest - back) % steps.shape[0]
-        alpha[back] = np.dot(steps[k], out) / np.dot(steps[k], changes[k])
-        out -= alpha[back] * changes[k]
-    if kept > 0:
-        out *= np.dot(steps[newest], changes[newest]) / np.dot(changes[newest], changes[newest])
+        k = (newest - back) % _MEMORY
+        inverse[back] = 1.0 / _inner(steps[k], changes[k])
+        alpha[back] = _inner(steps[k], out) * inverse[back]
+        _add(out, -alpha[back], changes[k])
+    soften(band, out)
     for back in range(kept - 1, -1, -1):
-        k = (newest - back) % steps.shape[0]
-        beta = np.dot(changes[k], out) / np.dot(steps[k], changes[k])
-        out += (alpha[back] - beta) * steps[k]
+        k = (newest - back) % _MEMORY
+        _add(out, alpha[back] - _inner(changes[k], out) * inverse[back], steps[k])
 
 
 @njit(cache=True, nogil=True)
 def minimise(q, guide, weights, limits, values, frame, iterations, tolerance):
     """L-BFGS with Armijo backtracking on the span's free points, in place.
 
-    Stops when a step lowers the cost by less than `tolerance` of it. Returns (cost, iterations).
+    Stops after two steps that lower the cost by less than `tolerance` of it. Returns (cost,
+    iterations).
     """
-    n = q.size
-    flat = q.reshape(n)
-    grad, trial_grad = np.zeros_like(q), np.zeros_like(q)
+    n = q.shape[0]
+    grad, trial_grad = np.zeros((n, 2)), np.zeros((n, 2))
     trial = q.copy()
-    steps, changes = np.empty((_MEMORY, n)), np.empty((_MEMORY, n))
-    direction = np.empty(n)
+    f = n - 2 * FIXED
+    steps, changes = np.empty((_MEMORY, f, 2)), np.empty((_MEMORY, f, 2))
+    direction, band = np.empty((f, 2)), np.empty((f, 4))
+    stiffness(weights, band)
+    slope_of = grad[FIXED : n - FIXED]
     cost = span_cost(q, guide, weights, limits, values, frame, grad)
     kept, newest, small = 0, -1, 0
     for iteration in range(iterations):
-        g = grad.reshape(n)
-        quasi_newton(g, steps, changes, kept, newest, direction)
-        slope = np.dot(g, direction)
+        quasi_newton(slope_of, steps, changes, kept, newest, band, direction)
+        slope = _inner(slope_of, direction)
         if slope > -1e-12:
             return cost, iteration
-        longest = np.sqrt(np.dot(direction, direction))
-        step = 1.0 if kept > 0 else min(1.0, 0.1 / longest)
+        step = 1.0
         found = False
         for _ in range(_HALVINGS):
-            trial.reshape(n)[:] = flat + step * direction
+            _place(trial, q, step, direction)
             lower = span_cost(trial, guide, weights, limits, values, frame, trial_grad)
             if lower <= cost + _ARMIJO * step * slope:
                 found = True
@@ -228,17 +289,26 @@ def minimise(q, guide, weights, limits, values, frame, iterations, tolerance):
                 return cost, iteration
             kept = 0  # a kink of the field spoilt the memory: start again downhill
             continue
-        s, y = trial.reshape(n) - flat, trial_grad.reshape(n) - g
-        if np.dot(s, y) > 1e-10 * np.dot(s, s):
-            newest = (newest + 1) % _MEMORY
-            kept = min(kept + 1, _MEMORY)
-            steps[newest], changes[newest] = s, y
+        ring = (newest + 1) % _MEMORY
+        for i in range(f):
+            for c in range(2):
+                steps[ring, i, c] = step * direction[i, c]
+                changes[ring, i, c] = trial_grad[FIXED + i, c] - grad[FIXED + i, c]
+        if _inner(steps[ring], changes[ring]) > 1e-10 * _inner(steps[ring], steps[ring]):
+            newest, kept = ring, min(kept + 1, _MEMORY)
         q[:], grad[:] = trial, trial_grad
         small = small + 1 if cost - lower < tolerance * cost else 0
         cost = lower
         if small >= 2:
             return cost, iteration + 1
     return cost, iterations
+
+
+@njit(cache=True, nogil=True)
+def _place(trial, q, step, direction):
+    for i in range(direction.shape[0]):
+        for c in range(2):
+            trial[FIXED + i, c] = q[FIXED + i, c] + step * direction[i, c]
 
 
 @njit(cache=True, nogil=True)
@@ -282,5 +352,5 @@ def inspect(q, interval, first, last, per_segment, values, frame, floor, slack, 
         found[3] = max(found[3], speed)
         found[4] = max(found[4], np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]))
         flat = v[0] * v[0] + v[1] * v[1]
-        if flat > 0.04:  # a slower nose is turned by the yaw law, not by the tangent
+        if flat > 0.25:  # slower, the nose may lag: the way to a halt is within what it has seen
             found[5] = max(found[5], abs(v[0] * a[1] - v[1] * a[0]) / flat)

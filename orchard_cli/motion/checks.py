@@ -24,7 +24,7 @@ class Inspection:
     clearance: float  # m, least distance in the field
     speed: float  # m/s, greatest
     acceleration: float  # m/s², greatest
-    turning: float  # rad/s, greatest rate of the tangent where faster than 0.2 m/s
+    turning: float  # rad/s, greatest rate of the tangent where faster than 0.5 m/s
     length: float  # m walked
 
 

@@ -30,6 +30,7 @@ class Manner:
     aim: float  # m, d_thr of eq. 20
     ahead: float = 1.5  # m of reference after the rejoin point that are checked too
     cruise: float = 1.0  # share of the reference's speed
+    approach: float = 0.0  # m of the reference before the rejoin point that the guide runs along
     stray: float = 0.05  # per m: how much dearer a way is beside the path being flown
     pacing: float = 0.6  # share of the acceleration limit, between speeds
     tolerance: float = 1.03  # on speed, acceleration and turning, when the result is checked
@@ -76,15 +77,17 @@ def find_detour(
     `avoid_side`: a guide path (n, 2) on the side that is not to be taken this time.
     """
     head, tail = task.head.control_points_site, task.reference.control_points_site[rejoin:]
+    approach = _approach(task, rejoin, manner.approach)
     wall = None if avoid_side is None else _wall(task.conflict, avoid_side)
     with watch.stage("search"):
         route = find_route(
-            task.field, head[-1, :2], tail[0, :2], manner.accept, task.near, manner.stray, wall
+            task.field, head[-1, :2], approach[0], manner.accept, task.near, manner.stray, wall
         )
     if isinstance(route, NoRoute):
         return NoDetour(route.why)
+    guide = np.concatenate([route.points_site, approach[1:]])
     with watch.stage("optimise"):
-        free = _optimised(task, route.points_site, rejoin, manner)
+        free = _optimised(task, guide, rejoin, manner)
     trajectory = splice(task.head, free, task.reference, rejoin)
     with watch.stage("recheck"):
         knots = len(head) + len(free)
@@ -94,8 +97,15 @@ def find_detour(
         found = inspect(trajectory, task.field, task.head.begin, until, manner.accept)
     why = _fault(found, task.limits, manner)
     if why:
-        return NoDetour(why, route.points_site)
-    return Detour(trajectory, back, route.points_site, found)
+        return NoDetour(why, guide)
+    return Detour(trajectory, back, guide, found)
+
+
+def _approach(task: Task, rejoin: int, length: float) -> Points:
+    """The reference's control points (n, 2) over the last `length` metres up to `rejoin`."""
+    points = task.reference.control_points_site[task.first : rejoin + 1, :2]
+    left = np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)[::-1])
+    return points[len(points) - 1 - int(np.searchsorted(left, length)) :]
 
 
 def _optimised(task: Task, guide: Points, rejoin: int, manner: Manner) -> Points:

@@ -12,6 +12,8 @@ from orchard_cli.model.arrays import Points, Vector
 
 from . import _kernels
 
+_STRIDE = 2  # the search takes every second cell: inflated obstacles have no finer shape
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Route:
@@ -52,28 +54,29 @@ def find_route(
     but no nearer than they. `near_site` (n, 2): a way that strays from these points costs
     `stray` per metre more: it ties the side that is taken to the path that was being flown.
     """
-    cell, origin = field.cell, field.origin_site
-    nx, ny = field.values.shape
-    ends = np.floor((np.stack([start_site[:2], goal_site[:2]]) - origin) / cell).astype(np.int64)
-    if (ends < 0).any() or (ends >= (nx, ny)).any():
+    origin, values = field.origin_site, field.values
+    coarse = np.ascontiguousarray(values[::_STRIDE, ::_STRIDE])
+    step = field.cell * _STRIDE
+    corner = origin + (field.cell - step) / 2  # of coarse cell [0, 0], about its fine one's centre
+    ends = np.floor((np.stack([start_site[:2], goal_site[:2]]) - corner) / step).astype(np.int64)
+    if (ends < 0).any() or (ends >= coarse.shape).any():
         return NoRoute("start or goal lies outside the local map")
-    limit = min(clearance, float(field.values[tuple(ends[0])]), float(field.values[tuple(ends[1])]))
+    limit = min(clearance, float(coarse[tuple(ends[0])]), float(coarse[tuple(ends[1])]))
     if limit <= 0:
         return NoRoute("start or goal lies in an obstacle")
-    walls = np.zeros((nx, ny), dtype=np.bool_)
+    walls = np.zeros(coarse.shape, dtype=np.bool_)
     if wall is not None:
-        _build(walls, (wall.a_site - origin) / cell, (wall.b_site - origin) / cell)
-    near = np.empty((0, 2)) if near_site is None else (near_site[:, :2] - origin) / cell - 0.5
-    path, parents = np.empty((nx * ny, 2), dtype=np.int32), np.empty(nx * ny, dtype=np.int32)
+        _build(walls, (wall.a_site - corner) / step, (wall.b_site - corner) / step)
+    near = np.empty((0, 2)) if near_site is None else (near_site[:, :2] - corner) / step - 0.5
+    path = np.empty((coarse.size, 2), dtype=np.int32)
     length, expanded = _kernels.find_path(
-        field.values, limit, walls, ends[0], ends[1], near,
-        stray * cell if len(near) else 0.0, parents, path,
-    )  # fmt: skip
+        coarse, limit, walls, ends[0], ends[1], near, stray * step if len(near) else 0.0, path
+    )
     if length == 0:
         return NoRoute("no way round within the local map", expanded)
     legs = np.empty((length, 2), dtype=np.int32)
-    kept = _kernels.straighten(field.values, limit, walls, path, length, legs)
-    points = origin + (legs[:kept] + 0.5) * cell
+    kept = _kernels.straighten(coarse, limit, walls, path, length, legs)
+    points = corner + (legs[:kept] + 0.5) * step
     points[0], points[-1] = start_site[:2], goal_site[:2]
     return Route(points, expanded)
 

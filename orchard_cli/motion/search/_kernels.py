@@ -50,7 +50,7 @@ def _strayed(x, y, near):
 
 
 @njit(cache=True, nogil=True)
-def find_path(values, limit, walls, start, goal, near, stray, parents, path):
+def find_path(values, limit, walls, start, goal, near, stray, path):
     """A* from cell to cell (Liu 2024, eq. 14: f = g + h, h the Euclidean distance).
 
     A cell is free where `values` >= `limit` and `walls` is False. Steps go to 8 neighbours, a
@@ -63,6 +63,7 @@ def find_path(values, limit, walls, start, goal, near, stray, parents, path):
     cost = np.full(cells, np.inf, dtype=np.float64)
     factor = np.zeros(cells, dtype=np.float32)
     closed = np.zeros(cells, dtype=np.bool_)
+    parents = np.empty(cells, dtype=np.int32)
     heap_key, heap_cell = np.empty(8 * cells + 1), np.empty(8 * cells + 1, dtype=np.int32)
     source, target = start[0] * ny + start[1], goal[0] * ny + goal[1]
     cost[source], parents[source] = 0.0, -1
