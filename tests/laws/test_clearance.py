@@ -30,15 +30,15 @@ def test_nothing_is_infinitely_far():
 def test_a_canopy_is_measured_to_its_nearest_point(wide, tall):
     centre, axes = np.array([3.0, -1.0, 1.6]), np.array([wide, wide, tall])
     points = centre + np.random.default_rng(2).uniform(-3, 3, (60, 3))
-    points[:3] = centre, centre + [0, 0, 2.4], centre + [2.0, 0, 0]
-    a, b = np.meshgrid(np.linspace(0, 2 * np.pi, 720), np.linspace(0, np.pi, 721))
+    points[:3] = (3.0, -1.0, 1.6), (3.0, -1.0, 4.0), (5.0, -1.0, 1.6)
+    a, b = np.meshgrid(np.linspace(0, 2 * np.pi, 360), np.linspace(0, np.pi, 361))
     ball = np.stack([np.sin(b) * np.cos(a), np.sin(b) * np.sin(a), np.cos(b)], axis=-1)
     surface = centre + axes * ball.reshape(-1, 3)
     want = np.array([np.linalg.norm(surface - point, axis=1).min() for point in points])
     want *= np.where((((points - centre) / axes) ** 2).sum(axis=1) < 1, -1, 1)
     solids = np.array([[*centre, wide, tall], [60.0, 0.0, 1.6, wide, tall]])
     got = module.spheroid_distances(points, solids).min(axis=1)
-    np.testing.assert_allclose(got, want, atol=2e-3)
+    np.testing.assert_allclose(got, want, atol=5e-3)
 
 
 def test_a_trunk_below_the_canopy_is_part_of_the_tree():
