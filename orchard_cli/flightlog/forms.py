@@ -8,10 +8,12 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline as SplineCurve
 from scipy.spatial.transform import Rotation
 
+from orchard_cli.geometry.geodesy import wgs84_from_site
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import LogLine, NewTrajectory, OccupiedCells
+from orchard_cli.model.site import SiteOrigin
 from orchard_cli.model.vehicle import VehicleState
 
 LOOK_AHEAD = 20.0
@@ -69,6 +71,18 @@ def pose(state: VehicleState, utc: int) -> fox.PoseInFrame:
     """The body's pose in the site frame."""
     here = fox.Pose(position=point(state.position_site), orientation=attitude(state.site_from_body))
     return fox.PoseInFrame(timestamp=stamp(utc), frame_id="site", pose=here)
+
+
+def location(state: VehicleState, origin: SiteOrigin, utc: int) -> fox.LocationFix:
+    """Where the estimate stands on the earth; the altitude is as the site's height reference."""
+    latitude, longitude, altitude = wgs84_from_site(origin, state.position_site[None])[0]
+    return fox.LocationFix(
+        timestamp=stamp(utc),
+        frame_id="body",
+        latitude=float(latitude),
+        longitude=float(longitude),
+        altitude=float(altitude),
+    )
 
 
 def path(points_site: Points, utc: int) -> fox.PosesInFrame:

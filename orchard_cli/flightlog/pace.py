@@ -11,6 +11,7 @@ class Rates:
 
     depth: float = 2.0  # 848x480: 0.8 MB each before compression
     cells: float = 2.0
+    gps: float = 5.0
     battery: float = 1.0
 
 

@@ -10,7 +10,7 @@ from foxglove import Channel, Context, channels
 
 from orchard_cli.flightlog import forms, messages
 from orchard_cli.flightlog.messages import known, known_vector, vector
-from orchard_cli.flightlog.pace import Pace
+from orchard_cli.flightlog.pace import Pace, Rates
 from orchard_cli.flightlog.scene import scene
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.records import (
@@ -60,10 +60,10 @@ def metadata(header: RunHeader) -> dict[str, str]:
 class Scribe:
     """Writes records to the channels of a log. One thread only."""
 
-    def __init__(self, context: Context, header: RunHeader, battery_rate: float) -> None:
+    def __init__(self, context: Context, header: RunHeader, rates: Rates) -> None:
         self._header = header
         self._offset = round(header.utc_offset * 1e9)
-        self._battery = Pace(battery_rate)
+        self._battery, self._gps = Pace(rates.battery), Pace(rates.gps)
         self._posed = float("-inf")
         self._drawn = False
         self._json = {
@@ -75,6 +75,7 @@ class Scribe:
             for topic, kind in (
                 ("/tf", channels.FrameTransformsChannel),
                 ("/pose", channels.PoseInFrameChannel),
+                ("/gps", channels.LocationFixChannel),
                 ("/plan/waypoints", channels.PosesInFrameChannel),
                 ("/plan/spline", channels.PosesInFrameChannel),
                 ("/trajectory", channels.PosesInFrameChannel),
@@ -136,6 +137,9 @@ class Scribe:
             self._posed = state.time
             self._log("/tf", forms.body_transform(state, utc), utc)
             self._log("/pose", forms.pose(state, utc), utc)
+        if self._gps.due(state.time):
+            origin = self._header.mission.orchard.origin
+            self._log("/gps", forms.location(state, origin, utc), utc)
         if self._battery.due(state.time):
             battery = messages.Battery(
                 time=state.time,

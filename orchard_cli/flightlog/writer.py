@@ -52,7 +52,7 @@ class McapRecorder:
         """Create the file. Raises InputError when it exists or cannot be written."""
         rates = rates or Rates()
         sink = Sink(Path(path), overwrite, sync=not patient)
-        self._writing = _Writing(sink, rates.battery)  # touched by the log's thread only
+        self._writing = _Writing(sink, rates)  # touched by the log's thread only
         self._paces = {DepthFrame: Pace(rates.depth), OccupiedCells: Pace(rates.cells)}
         self._patient = patient
         self._queue: queue.Queue[Record | None] = queue.Queue(QUEUE_LENGTH)
@@ -120,9 +120,9 @@ class McapRecorder:
 class _Writing:
     """The log's thread: everything that touches the file."""
 
-    def __init__(self, sink: Sink, battery_rate: float) -> None:
+    def __init__(self, sink: Sink, rates: Rates) -> None:
         self._sink = sink
-        self._battery_rate = battery_rate
+        self._rates = rates
         self._context = foxglove.Context()
         options = MCAPWriteOptions(compression_level=1, compression_threads=0, disable_seeking=True)
         self._mcap: MCAPWriter = foxglove.open_mcap(
@@ -174,11 +174,13 @@ class _Writing:
         if self._scribe is not None:
             raise ValueError("a run has one header")
         self._mcap.write_metadata("orchard", metadata(header))
+        self._scribe = Scribe(self._context, header, self._rates)
         utc = round(header.utc_offset * 1e9)
-        for name, data in header.attachments.items():
-            media = _MEDIA.get(Path(name).suffix, "application/octet-stream")
-            self._mcap.attach(
-                log_time=utc, create_time=0, name=name, media_type=media, data=bytes(data)
-            )
-        self._scribe = Scribe(self._context, header, self._battery_rate)
-        self.commit()
+        try:
+            for name, data in header.attachments.items():
+                media = _MEDIA.get(Path(name).suffix, "application/octet-stream")
+                self._mcap.attach(
+                    log_time=utc, create_time=0, name=name, media_type=media, data=data
+                )
+        finally:
+            self.commit()

@@ -22,6 +22,7 @@ from orchard_cli.model.records import LogLine, Severity
 WELL_KNOWN = {
     "/tf": "foxglove.FrameTransforms",
     "/pose": "foxglove.PoseInFrame",
+    "/gps": "foxglove.LocationFix",
     "/plan/waypoints": "foxglove.PosesInFrame",
     "/plan/spline": "foxglove.PosesInFrame",
     "/trajectory": "foxglove.PosesInFrame",
@@ -142,6 +143,14 @@ def test_write_never_raises_and_counts_what_it_cannot_write(tmp_path):
     recorder.write(LogLine(3.0, Severity.INFO, "too late"))
     assert sum(recorder.losses.values()) == 5
     assert recorder.losses["after the end"] == 1
+
+
+def test_a_bad_attachment_costs_itself_not_the_flight(tmp_path):
+    path = tmp_path / "odd.mcap"
+    attachments = {"mission.json": b"{}", "world.toml": object()}
+    recorder = record(path, made.flight(made.mission(1), attachments=attachments))
+    assert [why.split(":")[0] for why in recorder.losses] == ["RunHeader"]
+    assert summary_of(path).statistics.message_count > 1000
 
 
 def test_a_stalled_disk_costs_records_never_time(tmp_path, monkeypatch):
