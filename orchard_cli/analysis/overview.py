@@ -19,6 +19,7 @@ from matplotlib.patches import Circle
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.model.flown import FlownLog
 from orchard_cli.model.mission import Mission
+from orchard_cli.model.world import Pole
 
 from . import signals
 from .figures import Metrics
@@ -26,15 +27,6 @@ from .figures import Metrics
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 _GREEN, _GREY, _INK = "#C9DDBF", "#8A8A8A", "#222222"
 _TREE_RADIUS = 1.0  # m: surveys measure no canopy width, so trees are drawn as discs of this size
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Post:
-    """An upright obstacle as the picture draws it."""
-
-    x: float
-    y: float
-    radius: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,12 +45,12 @@ class _Pen:
 
 
 def save(
-    path: Path, mission: Mission, flights: Sequence[Flight], posts: Sequence[Post] = ()
+    path: Path, mission: Mission, flights: Sequence[Flight], poles: Sequence[Pole] = ()
 ) -> None:
     """Draw and write a PNG, SVG or PDF by the file's suffix. Raises InputError when it cannot."""
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InputError(Fault(str(path), "no kind of picture", "name a .png, .svg or .pdf"))
-    sheet = draw(mission, flights, posts)
+    sheet = draw(mission, flights, poles)
     try:
         sheet.savefig(path, dpi=130, metadata={"Date": None} if path.suffix == ".svg" else None)
     except OSError as error:
@@ -66,7 +58,7 @@ def save(
         raise InputError(fault) from None
 
 
-def draw(mission: Mission, flights: Sequence[Flight], posts: Sequence[Post] = ()) -> Sheet:
+def draw(mission: Mission, flights: Sequence[Flight], poles: Sequence[Pole] = ()) -> Sheet:
     """The sheet: the route on the left, the curves over time on the right."""
     sheet = Sheet(figsize=(15.0, 9.0), layout="constrained")
     FigureCanvasAgg(sheet)
@@ -74,7 +66,7 @@ def draw(mission: Mission, flights: Sequence[Flight], posts: Sequence[Post] = ()
     above = sheet.add_subplot(grid[:, 0])
     curves = [sheet.add_subplot(grid[0, 1])]
     curves += [sheet.add_subplot(grid[i, 1], sharex=curves[0]) for i in range(1, 5)]
-    _orchard(above, mission, posts)
+    _orchard(above, mission, poles)
     for i, flight in enumerate(flights):  # the first is widest, so that the others do not hide it
         pen = _Pen(COLOURS[i % len(COLOURS)], max(1.0, 2.4 - 0.7 * i) if len(flights) > 1 else 1.6)
         _route(above, flight, pen)
@@ -86,15 +78,15 @@ def draw(mission: Mission, flights: Sequence[Flight], posts: Sequence[Post] = ()
     return sheet
 
 
-def _orchard(axes: Axes, mission: Mission, posts: Sequence[Post]) -> None:
+def _orchard(axes: Axes, mission: Mission, poles: Sequence[Pole]) -> None:
     trees = np.vstack([row.trunks_site for row in mission.orchard.rows])
     for x, y in trees:
         axes.add_patch(Circle((x, y), _TREE_RADIUS, color=_GREEN, linewidth=0, zorder=1))
     axes.plot([], [], "o", color=_GREEN, markersize=9, label="trees")
-    for i, post in enumerate(posts):
-        axes.add_patch(Circle((post.x, post.y), post.radius, color=_INK, zorder=4))
+    for i, pole in enumerate(poles):
+        axes.add_patch(Circle((pole.x, pole.y), pole.radius, color=_INK, zorder=4))
         label = "poles" if i == 0 else None
-        axes.plot(post.x, post.y, "s", color=_INK, markersize=6, zorder=4, label=label)
+        axes.plot(pole.x, pole.y, "s", color=_INK, markersize=6, zorder=4, label=label)
     for ring in (mission.orchard.fence_site, *mission.orchard.keep_outs_site):
         if len(ring):
             axes.plot(*np.vstack([ring, ring[:1]]).T, color=_GREY, linewidth=1.0, zorder=1)

@@ -90,3 +90,6 @@ PUBLISHED: Mapping[str, tuple[Published, ...]] = {
 }
 """By the name that `orchard analyze --paper` takes. Table 1's 28.7 % saved in time and Table 2's
 27.8 % follow from the tables' times, not from those in the text."""
+
+FLOWN_IN: Mapping[str, str] = {"lemon-gazebo": "liu2024-table1", "lemon-field": "liu2024-table2"}
+"""Which figures belong beside a flight in an orchard of this name."""

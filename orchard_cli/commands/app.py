@@ -10,6 +10,8 @@ import typer
 from orchard_cli import __version__
 from orchard_cli.errors import InputError, OrchardError
 
+from .analyze import analyze
+
 app = typer.Typer(
     name="orchard",
     help="Plan, fly and analyze spray missions over orchards.",
@@ -18,6 +20,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+app.command()(analyze)
 
 
 def _version(wanted: bool) -> None:
