@@ -1,0 +1,129 @@
+"""What each automatic mode flies: one small object per mode, made anew on every entry.
+
+Each is asked once per tick for the demand on the control cascade and tells what it is about:
+`climbs` (wants to leave the ground), `lands` (is in its landing), `done`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from orchard_cli.model.arrays import Vector
+from orchard_cli.simulator.control import FREE, Demand
+
+from .glide import Glide, Heading, stopping_point
+from .parameters import Parameters
+from .seen import Seen
+
+
+class Task:
+    """Glide to a target with the yaw kept; the other tasks steer the target."""
+
+    climbs = False
+    lands = False
+    done = False
+
+    def __init__(self, seen: Seen, values: Parameters) -> None:
+        self.glide = Glide(seen)
+        self.heading = Heading(seen)
+        self.target = stopping_point(seen, values["MPC_ACC_HOR"])
+        self.yaw_wanted = seen.yaw_site
+        self.speed = values["MPC_XY_CRUISE"]
+        self.climb = values["MPC_Z_V_AUTO_UP"]
+
+    @property
+    def sinks(self) -> bool:
+        """Whether it asks to go down now, as the land detector wants to know."""
+        return bool(self.glide.velocity[2] < -0.2)
+
+    def step(self, seen: Seen, values: Parameters, dt: float) -> Demand:
+        """The demand for the tick that begins now."""
+        self.steer(seen, values, dt)
+        return self.demand(values)
+
+    def steer(self, seen: Seen, values: Parameters, dt: float) -> None:
+        """Move the glide on; it waits for a vehicle that falls behind by MPC_XY_ERR_MAX."""
+        behind = math.dist(self.glide.position[:2], seen.position_site[:2])
+        speed = self.speed if behind < values["MPC_XY_ERR_MAX"] else 0.0
+        descent, accelerate = values["MPC_Z_V_AUTO_DN"], values["MPC_ACC_HOR"]
+        self.glide.towards(self.target, speed, self.climb, descent, accelerate, dt)
+        rate = math.radians(values["MPC_YAWRAUTO_MAX"])
+        self.heading.towards(self.yaw_wanted, rate, math.radians(values["MPC_YAWRAUTO_ACC"]), dt)
+
+    def demand(self, values: Parameters) -> Demand:
+        """The glide as a demand within the limits of flight."""
+        return demand_of(
+            self.glide.position, self.glide.velocity, FREE, self.heading.yaw, self.heading.rate, values
+        )
+
+
+def demand_of(
+    position: Vector, velocity: Vector, acceleration: Vector, yaw: float, yaw_rate: float,
+    values: Parameters,
+) -> Demand:  # fmt: skip
+    """A demand under the parameters' limits of flight."""
+    return Demand(
+        position, velocity, acceleration, yaw, yaw_rate,
+        speed=values["MPC_XY_VEL_MAX"],
+        climb=values["MPC_Z_VEL_MAX_UP"],
+        descent=values["MPC_Z_VEL_MAX_DN"],
+        tilt=math.radians(values["MPC_TILTMAX_AIR"]),
+        collective_min=values["MPC_THR_MIN"],
+    )  # fmt: skip
+
+
+class Hold(Task):
+    """Brake and stay."""
+
+    @classmethod
+    def after(cls, task: Task, seen: Seen, values: Parameters) -> Hold:
+        """Stay at what `task` was heading for, as PX4 does at the end of a take-off."""
+        hold = cls(seen, values)
+        hold.glide, hold.heading, hold.target = task.glide, task.heading, task.target
+        return hold
+
+
+class TakeOff(Task):
+    """Straight up to a height; done when it is nearly reached, as PX4 goes to hold then."""
+
+    climbs = True
+
+    def __init__(self, seen: Seen, values: Parameters, height_site: float) -> None:
+        super().__init__(seen, values)
+        self.target = np.array([*seen.position_site[:2], height_site])
+        self.climb = values["MPC_TKO_SPEED"]
+
+    def steer(self, seen: Seen, values: Parameters, dt: float) -> None:
+        """Climb, and notice the height."""
+        super().steer(seen, values, dt)
+        self.done = bool(seen.position_site[2] > self.target[2] - values["NAV_MC_ALT_RAD"])
+
+
+class Land(Task):
+    """Straight down, slower near the ground."""
+
+    lands = True
+
+    def steer(self, seen: Seen, values: Parameters, dt: float) -> None:
+        """Sink at the speed of the height; the point stays near the vehicle on the ground."""
+        height = float(self.glide.position[2])
+        super().steer(seen, values, dt)
+        self.glide.position[2] = height
+        self.glide.rise(-landing_speed(seen.height, values), values["MPC_ACC_HOR"], dt)
+
+    def demand(self, values: Parameters) -> Demand:
+        """Down by speed alone: where the ground is, is not known."""
+        position, velocity = self.glide.position.copy(), self.glide.velocity
+        position[2] = math.nan
+        return demand_of(position, velocity, FREE, self.heading.yaw, self.heading.rate, values)
+
+
+def landing_speed(height: float, values: Parameters) -> float:
+    """PX4's descent speed at a height above the ground, m/s."""
+    if height < values["MPC_LAND_ALT3"]:
+        return values["MPC_LAND_CRWL"]
+    low, high = values["MPC_LAND_ALT2"], values["MPC_LAND_ALT1"]
+    share = min(1.0, max(0.0, (height - low) / (high - low)))
+    return values["MPC_LAND_SPEED"] + share * (values["MPC_Z_V_AUTO_DN"] - values["MPC_LAND_SPEED"])
