@@ -96,6 +96,15 @@ def mission(rows: int = 2) -> Mission:
     )
 
 
+def planned_mission(rows: int = 2) -> Mission:
+    """The same orchard with a mission that passes every check."""
+    from orchard_cli.mission import plan
+    from orchard_cli.model.wishes import FlightWishes
+
+    made = mission(rows)
+    return plan(made.orchard, FlightWishes(height=HEIGHT), made.provenance)
+
+
 def no_detour(positions: Points) -> Points:
     """Fly the Π as it stands."""
     return positions
@@ -159,12 +168,18 @@ def flight(
     depth: bool = False,
     attachments: dict[str, bytes] | None = None,
     start: float = 100.0,
+    as_planned: bool = False,
 ) -> Iterator[Record]:
-    """A flight along the Π at constant progress, with a detour; truth is the odometry."""
-    waypoints = plan.waypoints_site
-    total = plan.route_length
-    times = np.arange(0.0, total / SPEED + 0.5 / rate, 1.0 / rate)
-    positions = detour(along(waypoints, times * SPEED))
+    """A flight with a detour; truth is the odometry.
+
+    Along the Π at constant progress; `as_planned`: along the mission's own trajectory.
+    """
+    total = plan.trajectory.end if as_planned else plan.route_length / SPEED
+    times = np.arange(0.0, total + 0.5 / rate, 1.0 / rate)
+    if as_planned:
+        positions = detour(plan.trajectory.sample(times)[0])
+    else:
+        positions = detour(along(plan.waypoints_site, times * SPEED))
     velocities = np.gradient(positions, 1.0 / rate, axis=0)
     accelerations = np.gradient(velocities, 1.0 / rate, axis=0)
     yaws = np.unwrap(np.arctan2(velocities[:, 1], velocities[:, 0]))
@@ -176,7 +191,7 @@ def flight(
     yield SprayRecord(start, True, 0, "on the row")
     for i, t in enumerate(times):
         now = start + float(t)
-        share = 0.9 - 0.4 * float(t) / (total / SPEED)
+        share = 0.9 - 0.4 * float(t) / total
         yield state(now, positions[i], velocities[i], float(yaws[i]), float(rates[i]), share)
         q = np.array([np.cos(yaws[i] / 2), 0.0, 0.0, np.sin(yaws[i] / 2)])
         yield TruthRecord(now, positions[i], velocities[i], q)

@@ -37,10 +37,12 @@ def percentile_95(times: Array, values: Array) -> float:
     return float(np.quantile(values, 0.95, weights=weights, method="inverted_cdf"))
 
 
-def smooth(times: Array, values: Points) -> tuple[Array, Points]:
+def smooth(times: Array, values: Points, steady_ends: bool = False) -> tuple[Array, Points]:
     """Evenly spaced times and the values there, low-passed without delay.
 
     Second-order Butterworth at CUTOFF, forwards and backwards, at the median sampling rate.
+    Beyond the log's ends the values are taken to go on as they came (odd extension), or, with
+    `steady_ends`, to stay what they are (even), lest noise there looks like a step.
     Fewer than ten samples, or samples slower than twice CUTOFF, are only spaced evenly.
     """
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
@@ -50,7 +52,9 @@ def smooth(times: Array, values: Points) -> tuple[Array, Points]:
     if len(even) < 10 or rate <= 2 * CUTOFF:
         return even, spaced
     pad = min(len(even) - 1, int(3 * rate / CUTOFF))
-    filtered = sosfiltfilt(butter(2, CUTOFF, fs=rate, output="sos"), spaced, axis=0, padlen=pad)
+    low_pass = butter(2, CUTOFF, fs=rate, output="sos")
+    kind = "even" if steady_ends else "odd"
+    filtered = sosfiltfilt(low_pass, spaced, axis=0, padtype=kind, padlen=pad)
     return even, np.asarray(filtered)
 
 
@@ -62,7 +66,7 @@ def path_length(track: Track) -> float:
 
 def accelerations(track: Track) -> tuple[Array, Array]:
     """Times and the size of the flown acceleration (m/s²): the slope of low-passed velocity."""
-    times, velocities = smooth(track.times, track.velocities_site)
+    times, velocities = smooth(track.times, track.velocities_site, steady_ends=True)
     slope = np.gradient(velocities, times, axis=0)
     return times, np.linalg.norm(slope, axis=1)
 
