@@ -170,7 +170,7 @@ def _header(
     from orchard_cli.model.records import RunHeader
 
     attachments = {
-        "mission.json": missions.dumps(mission),
+        "mission.json": missions.dumps(mission).encode(),
         "configuration.json": json_module.dumps(asdict(choices)).encode(),
     }
     if world_file:

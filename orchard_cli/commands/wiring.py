@@ -98,6 +98,8 @@ def _settings(choices: Choices) -> SimulatorSettings:
     return SimulatorSettings(
         seed=choices.seed,
         speed_factor=choices.speed_factor,
+        port=0,  # any that is free: several simulators may fly side by side
+        autopilot_port=0,
         camera=choices.camera,
         frame_rate=choices.frame_rate,
     )
