@@ -168,20 +168,23 @@ def fade(log_odds, keep):
 
 
 @njit(cache=True, nogil=True)
-def look_down(log_odds, lower, k_low, k_high, threshold, occupied, observed):
-    """Columns (nx, ny) from `lower`: any cell of [k_low, k_high) occupied, any ever observed."""
+def look_down(log_odds, corner, box, threshold, occupied, observed):
+    """Columns of a band whose cell [0, 0] is the site index `corner` (2,), as far as `box` goes.
+
+    Occupied when any cell of the box's heights is, observed when any was ever seen.
+    """
     mx, my, mz = log_odds.shape[0] - 1, log_odds.shape[1] - 1, log_odds.shape[2] - 1
-    for i in range(occupied.shape[0]):
-        for j in range(occupied.shape[1]):
-            column = log_odds[(i + lower[0]) & mx, (j + lower[1]) & my]
+    for i in range(box[0], box[3]):
+        for j in range(box[1], box[4]):
+            column = log_odds[i & mx, j & my]
             highest = np.int16(-32768)
             known = False
-            for k in range(k_low, k_high):
+            for k in range(box[2], box[5]):
                 value = column[k & mz]
                 highest = max(highest, value)
                 known |= value != 0
-            occupied[i, j] = highest >= threshold
-            observed[i, j] = known
+            occupied[i - corner[0], j - corner[1]] = highest >= threshold
+            observed[i - corner[0], j - corner[1]] = known
 
 
 @njit(cache=True, nogil=True)

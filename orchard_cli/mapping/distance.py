@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from orchard_cli.model.arrays import Array, Points, Vector
 
 from . import _kernels
-from .band import Band
+from .band import Band, as_input
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +38,7 @@ class DistanceField:
 
     def sample(self, points_site: Points) -> tuple[Array, Points]:
         """Distances (n,) and gradients (n, 2) together."""
-        points = np.ascontiguousarray(points_site, dtype=np.float64)
+        points = as_input(points_site, np.float64)
         if points.ndim != 2 or points.shape[1] != 2:
             raise ValueError(f"points: shape {points.shape}, expected nx2")
         distances, gradients = np.empty(len(points)), np.empty((len(points), 2))
@@ -58,4 +58,4 @@ def distance_field(band: Band, reach: float) -> DistanceField:
     np.sqrt(values, out=values)
     values *= np.float32(band.cell)
     values.setflags(write=False)
-    return DistanceField(values, np.asarray(band.origin_site), band.cell, cells * band.cell)
+    return DistanceField(values, band.origin_site, band.cell, cells * band.cell)

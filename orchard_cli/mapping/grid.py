@@ -12,7 +12,7 @@ from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.vehicle import Pose
 
 from . import _kernels
-from .band import Band
+from .band import Band, as_input
 from .insert import InsertReport, View
 from .settings import RESOLUTION, GridSettings, stored_log_odds
 
@@ -63,7 +63,7 @@ class OccupancyGrid:
         range_max carve up to range_max; pixels without a return, or nearer than range_min, say
         nothing. Raises ValueError for a pose that is not finite or a frame of the wrong size.
         """
-        camera, settings = frame.camera, self.settings
+        camera = frame.camera
         if frame.depth_mm.shape != (camera.height, camera.width):
             raise ValueError(f"depth frame {frame.depth_mm.shape} of another camera")
         view = View.of(camera, pose)
@@ -71,25 +71,14 @@ class OccupancyGrid:
             raise ValueError("pose: not finite")
         self._follow(np.asarray(pose.position_site))
         self.decay(frame.time)
-        if self._touched.size < frame.depth_mm.size:
-            self._touched = np.empty(frame.depth_mm.size, dtype=np.int32)
-        near, far = (round(1000 * limit) for limit in (camera.range_min, camera.range_max))
-        depth = np.ascontiguousarray(frame.depth_mm)
-        blocks = np.empty(
-            (camera.height // _kernels.BLOCK, camera.width // _kernels.BLOCK), dtype=np.float32
-        )
-        _kernels.nearest_blocks(depth, near, blocks)
-        cells, returns = _kernels.count_hits(
-            depth, near, far, *view.rays(settings.cell), view.position_site / settings.cell,
-            self._lower, self._size, self._counts, self._touched,
-            np.empty(camera.width, dtype=np.int32),
-        )  # fmt: skip
-        free = self._carve(view, blocks)
+        depth = as_input(frame.depth_mm, np.uint16)
+        touched, returns = self._count_hits(view, depth)
+        free = self._carve(view, depth)
         hits = _kernels.vote_hits(
-            self._touched[:cells], settings.min_returns, self._hit, self._certain,
+            touched, self.settings.min_returns, self._hit, self._certain,
             self._counts, self._log_odds,
         )  # fmt: skip
-        return InsertReport(int(returns), int(hits), int(free))
+        return InsertReport(returns, int(hits), free)
 
     def decay(self, now: float) -> None:
         """Let unseen evidence fade by the half-life up to `now`; cheap when called often."""
@@ -152,26 +141,38 @@ class OccupancyGrid:
         corner = np.round(np.asarray(centre_site)[:2] / cell).astype(np.int64) - n // 2
         occupied = np.zeros((n, n), dtype=np.bool_)
         observed = np.zeros((n, n), dtype=np.bool_)
-        start = np.clip(self._lower[:2] - corner, 0, n)
-        stop = np.clip(self._lower[:2] + self._size[:2] - corner, 0, n)
-        window = (slice(start[0], stop[0]), slice(start[1], stop[1]))
-        k_low = max(int(np.floor(z_low / cell + 1e-9)), int(self._lower[2]))
-        k_high = min(int(np.ceil(z_high / cell - 1e-9)), int(self._lower[2] + self._size[2]))
+        ends = (
+            np.append(corner, np.floor(z_low / cell + 1e-9)),
+            np.append(corner + n, np.ceil(z_high / cell - 1e-9)),
+        )
         _kernels.look_down(
-            self._log_odds, corner + start, k_low, k_high, self._occupied,
-            occupied[window], observed[window],
-        )  # fmt: skip
+            self._log_odds, corner, self._clipped(*ends), self._occupied, occupied, observed
+        )
         return Band(self._metres(corner), cell, occupied, observed, z_low, z_high)
 
-    def _carve(self, view: View, blocks: NDArray[np.float32]) -> int:
-        cell, settings = self.settings.cell, self.settings
+    def _count_hits(self, view: View, depth: NDArray[np.uint16]) -> tuple[NDArray[np.int32], int]:
+        """Places of the cells with returns in them, counted in `_counts`, and all returns."""
+        camera, cell = view.camera, self.settings.cell
+        if self._touched.size < depth.size:
+            self._touched = np.empty(depth.size, dtype=np.int32)
+        cells, returns = _kernels.count_hits(
+            depth, round(1000 * camera.range_min), round(1000 * camera.range_max),
+            *view.rays(cell), view.position_site / cell, self._lower, self._size,
+            self._counts, self._touched, np.empty(camera.width, dtype=np.int32),
+        )  # fmt: skip
+        return self._touched[:cells], int(returns)
+
+    def _carve(self, view: View, depth: NDArray[np.uint16]) -> int:
+        camera, cell, block = view.camera, self.settings.cell, _kernels.BLOCK
+        blocks = np.empty((camera.height // block, camera.width // block), dtype=np.float32)
+        _kernels.nearest_blocks(depth, round(1000 * camera.range_min), blocks)
         corners = view.corners()
         return int(
             _kernels.carve(
-                blocks, view.block_from_cell(cell, _kernels.BLOCK), view.planes(cell, _SEEN_FROM),
+                blocks, view.block_from_cell(cell, block), view.planes(cell, _SEEN_FROM),
                 np.float32(cell * np.sqrt(3) / 2),
                 self._box(corners.min(axis=0), corners.max(axis=0)),
-                settings.min_returns, self._miss, self._free, self._counts, self._log_odds,
+                self.settings.min_returns, self._miss, self._free, self._counts, self._log_odds,
             )
         )  # fmt: skip
 
@@ -181,9 +182,14 @@ class OccupancyGrid:
     def _box(self, low_site: Vector, high_site: Vector) -> Cells:
         """Lower and upper cell indices (6,) of a box of space, clipped to the grid."""
         cell = self.settings.cell
-        low = np.maximum(np.floor(low_site / cell).astype(np.int64), self._lower)
-        high = np.minimum(np.floor(high_site / cell).astype(np.int64) + 1, self._lower + self._size)
-        return np.concatenate([low, np.maximum(low, high)])
+        return self._clipped(np.floor(low_site / cell), np.floor(high_site / cell) + 1)
+
+    def _clipped(self, low: Array, high: Array) -> Cells:
+        """The cells [low, high) that the grid holds, as box (6,) for the kernels."""
+        first = np.maximum(low.astype(np.int64), self._lower)
+        return np.concatenate(
+            [first, np.maximum(first, np.minimum(high.astype(np.int64), self._lower + self._size))]
+        )
 
     def _slab(self, slab: int) -> NDArray[np.int16]:
         edges = np.arange(_SLABS + 1) * self.settings.size[0] // _SLABS

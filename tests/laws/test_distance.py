@@ -79,7 +79,7 @@ def test_values_stand_at_the_cells_centres():
 @given(fields, st.integers(1, 12))
 def test_the_distance_kernel_does_what_its_python_says(occupied, reach):
     compiled, interpreted = (np.empty(occupied.shape, dtype=np.float32) for _ in range(2))
-    _kernels.squared_distance(occupied, reach, compiled)
+    _kernels.squared_distance(band(occupied).occupied, reach, compiled)
     _kernels.squared_distance.py_func(occupied, reach, interpreted)
     np.testing.assert_array_equal(compiled, interpreted)
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from orchard_cli.mapping import GridSettings, OccupancyGrid, _kernels
+from orchard_cli.mapping import GridSettings, OccupancyGrid, _kernels, distance_field
 from orchard_cli.mapping.settings import RESOLUTION
 from orchard_cli.model.depth import FORWARD, DepthCamera, DepthFrame
 from orchard_cli.model.vehicle import Pose
@@ -288,3 +288,28 @@ def test_the_kernels_do_what_their_python_says(monkeypatch):
         monkeypatch.setattr(_kernels, name, getattr(_kernels, name).py_func)
     assert look(interpreted, frame, at, times=2) == told
     np.testing.assert_array_equal(compiled._log_odds, interpreted._log_odds)
+
+
+def test_no_kernel_is_compiled_twice_whatever_arrays_it_is_given():
+    """A second compilation would stop a flight for a second."""
+    frames = [
+        wall(1.55),
+        wall(1.55),
+        DepthFrame(0.0, np.full((48, 128), 1500, np.uint16)[:, ::2], SMALL),
+    ]
+    frames[1].depth_mm.setflags(write=False)
+    grid = OccupancyGrid(GridSettings(size=(64, 64, 64)))
+    for n, frame in enumerate(frames):
+        grid.insert(frame, pose(position=(n, 0.0, 0.0)))
+    fixed = np.array([0.0, 0.0])
+    fixed.setflags(write=False)
+    for centre, half in ((np.zeros(3), 1.0), (fixed, 8.0), (np.array([3, 4]), 1.0)):
+        field = distance_field(grid.band(centre, half, -0.2, 0.2), 0.5)
+        for points in (np.zeros((3, 2)), np.zeros((6, 2), dtype=int)[::2], np.zeros((2, 3)).T):
+            field.sample(points)
+    for centre in (np.zeros(3), np.zeros(3, dtype=int), (0.0, 0.0, 0.0)):
+        grid.occupied_cells(centre, 1.0)
+        grid.clear_sphere(centre, 0.2)
+    kernels = [kernel for kernel in vars(_kernels).values() if hasattr(kernel, "signatures")]
+    assert len(kernels) > 8
+    assert {k.py_func.__name__: len(k.signatures) for k in kernels if len(k.signatures) > 1} == {}
