@@ -101,4 +101,4 @@ class Board:
         first = max(after + 1, n - TRUTH_SLOTS // 2)
         rows = self._view("_truth", np.float64, TRUTH_SLOTS)
         taken = [rows[k % TRUTH_SLOTS].copy() for k in range(first, n + 1)]
-        return n, tuple(TruthRecord(row[0], row[1:4], row[4:7], row[7:11]) for row in taken)
+        return n, tuple(TruthRecord(float(row[0]), row[1:4], row[4:7], row[7:11]) for row in taken)

@@ -7,6 +7,7 @@ from collections import deque
 
 import numpy as np
 
+from orchard_cli.model.arrays import Vector
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.records import TruthRecord
 from orchard_cli.model.site import SiteOrigin
@@ -114,8 +115,8 @@ class LockstepVehicle:
             mode=mode.flight_mode,
             landed=a.landed,
             heard=seen.time,
-            battery_share=a.battery.share,
-            battery_voltage=a.battery_voltage,
+            battery_share=a.craft.battery.share,
+            battery_voltage=a.craft.battery_voltage,
             ready=not reasons,
             not_ready=reasons,
         )
@@ -168,8 +169,8 @@ class LockstepVehicle:
         a = self._autopilot
         return a.armed, a.mode, () if a.armed else a.not_ready()
 
-    def _lowered(self, position_site: np.ndarray) -> np.ndarray:
-        return position_site - np.array([0.0, 0.0, self._ground])
+    def _lowered(self, position_site: Vector) -> Vector:
+        return np.asarray(position_site - np.array([0.0, 0.0, self._ground]))
 
     def _stream(self) -> None:
         s = self._streaming

@@ -56,15 +56,13 @@ class Run:
         return truth, self._frame() if due else None
 
     def _truth(self) -> TruthRecord:
-        body = self.autopilot.body
-        return TruthRecord(
-            self.time, body.position_site, body.velocity_site, body.site_from_body
-        )
+        body = self.autopilot.craft.body
+        return TruthRecord(self.time, body.position_site, body.velocity_site, body.site_from_body)
 
     def _frame(self) -> DepthFrame:
         assert self.camera is not None
         self._frames += 1
-        body = self.autopilot.body
+        body = self.autopilot.craft.body
         depth = self._scene.render(
             self.camera, body.position_site, body.site_from_body, self.time, self._frames
         )

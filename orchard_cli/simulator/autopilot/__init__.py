@@ -1,6 +1,7 @@
 """The simulated autopilot: PX4's rules without its input and output."""
 
-from .autopilot import TICK, Autopilot
+from .autopilot import Autopilot
+from .craft import TICK
 from .modes import Mode, Result
 from .plan import Does, Item
 from .steered import Sticks, Wanted

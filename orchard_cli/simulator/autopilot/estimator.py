@@ -38,7 +38,7 @@ class Estimator:
         self._position = share * self._driven[:3] + spread * rng.standard_normal(3)
 
     def step(self) -> Array:
-        """(9,) position m, velocity m/s, small turn rad, all in the site frame, for the next `dt`."""
+        """(9,) for the next `dt`: position m, velocity m/s, small turn rad, in the site frame."""
         self._driven = self._keep * self._driven + self._kick * self._rng.standard_normal(9)
         self._position += self._follow * (self._driven[:3] - self._position)
         error = self._driven.copy()

@@ -19,8 +19,6 @@ from .tasks import Land, Task
 class Follow(Task):
     """An uploaded mission; at its end it holds. `index` is the item being done."""
 
-    climbs = True
-
     def __init__(
         self, seen: Seen, values: Parameters, items: tuple[Item, ...], index: int, home_site: Vector
     ) -> None:
@@ -34,6 +32,11 @@ class Follow(Task):
         # From the ground the first leg goes straight up (PX4 does so without a take-off item).
         self._rising = seen.height < 0.5
         self._begin(seen, values)
+
+    @property
+    def climbs(self) -> bool:
+        """Whether it wants to be in the air: not once its landing or its end has come."""
+        return self._after is None and not self.complete
 
     @property
     def rising(self) -> bool:
@@ -83,13 +86,19 @@ class Follow(Task):
             if item.command == Does.CHANGE_SPEED and item.params[1] > 0:
                 self.speed = item.params[1]
             elif item.command == Does.RETURN:
-                self._after = Return(seen, values, self._home)
+                self._end_with(Return(seen, values, self._home))
                 return
             elif item.command == Does.DELAY:
                 self._waits_until = seen.time + max(0.0, item.params[0])
                 return
             self.reached.append(self.index)
             self.index += 1
+
+    def _end_with(self, after: Land | Return) -> None:
+        """The last item that matters: what comes behind it is not flown."""
+        self._after = after
+        self.reached.append(self.index)
+        self.index = len(self.items)
 
     def _aim(self, item: Item, seen: Seen, values: Parameters) -> None:
         assert item.target_site is not None
@@ -118,8 +127,9 @@ class Follow(Task):
             if not near or abs(miss[2]) > values["NAV_MC_ALT_RAD"]:
                 return False
             if item.command == Does.LAND and not self._rising:
-                self._after = Land(seen, values)
-                self._after.target[:2] = self.target[:2]
+                landing = Land(seen, values)
+                landing.target[:2] = self.target[:2]
+                self._end_with(landing)
                 return False
             if math.isnan(self._waits_until):
                 stay = item.params[0] if item.command == Does.WAYPOINT and not self._rising else 0.0

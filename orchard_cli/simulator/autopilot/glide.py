@@ -1,4 +1,4 @@
-"""Setpoints of the automatic modes: a point that glides to its target within speed and acceleration.
+"""Setpoints of the automatic modes: a point that glides to its target within limits.
 
 PX4 limits jerk too (its trajectory library); this one keeps to the same speeds and accelerations
 and so takes the same time within a few tenths of a second.
@@ -25,7 +25,13 @@ class Glide:
         self.velocity = np.array(seen.velocity_site)
 
     def towards(
-        self, target: Vector, speed: float, climb: float, descent: float, accelerate: float, dt: float
+        self,
+        target: Vector,
+        speed: float,
+        climb: float,
+        descent: float,
+        accelerate: float,
+        dt: float,
     ) -> None:
         """Move by `dt` towards `target`, the horizontal and the vertical each on its own."""
         dx, dy, dz = (target - self.position).tolist()
@@ -36,16 +42,10 @@ class Glide:
         share = min(1.0, accelerate * dt / change) if change > 0 else 0.0
         self.velocity[0] += ax * share
         self.velocity[1] += ay * share
-        up = _closing(abs(dz), climb if dz > 0 else descent, accelerate)
-        self.rise(math.copysign(up, dz), accelerate, dt, move=False)
-        self.position += self.velocity * dt
-
-    def rise(self, speed: float, accelerate: float, dt: float, move: bool = True) -> None:
-        """Climb at `speed` (negative: sink), and with `move` carry the height along."""
-        change = speed - float(self.velocity[2])
+        up = math.copysign(_closing(abs(dz), climb if dz > 0 else descent, accelerate), dz)
+        change = up - float(self.velocity[2])
         self.velocity[2] += math.copysign(min(abs(change), accelerate * dt), change)
-        if move:
-            self.position[2] += self.velocity[2] * dt
+        self.position += self.velocity * dt
 
 
 def _closing(distance: float, speed: float, accelerate: float) -> float:

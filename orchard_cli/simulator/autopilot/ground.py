@@ -58,7 +58,7 @@ class Takeoff:
 
 
 class LandDetector:
-    """PX4's MulticopterLandDetector: contact, maybe landed, landed, each held for a third of 1 s."""
+    """PX4's MulticopterLandDetector: contact, maybe landed, landed, each held for HOLD."""
 
     HOLD = 1.0 / 3.0  # s
 
@@ -68,7 +68,9 @@ class LandDetector:
         self._maybe = True
         self._since = [-math.inf] * 3
 
-    def step(self, seen: Seen, armed: bool, thrust: float, sinking: bool, values: Parameters) -> None:
+    def step(
+        self, seen: Seen, armed: bool, thrust: float, sinking: bool, values: Parameters
+    ) -> None:
         """Judge a tick. `thrust` is the collective, `sinking`: the mode asks to descend."""
         least, hover = values["MPC_THR_MIN"], values["MPC_THR_HOVER"]
         rising = abs(float(seen.velocity_site[2])) > values["LNDMC_Z_VEL_MAX"]
@@ -88,3 +90,23 @@ class LandDetector:
         elif self._since[stage] == math.inf:
             self._since[stage] = now
         return now - self._since[stage] >= self.HOLD
+
+
+class AutoDisarm:
+    """PX4's two rules: some time after landing, and some time armed without taking off."""
+
+    def __init__(self) -> None:
+        self._since = 0.0
+        self._flew = False
+
+    def armed(self, now: float) -> None:
+        """The vehicle was armed."""
+        self._since, self._flew = now, False
+
+    def due(self, now: float, landed: bool, values: Parameters) -> bool:
+        """Whether to disarm an armed vehicle now. Call once per tick."""
+        if not landed:
+            self._since, self._flew = now, True
+            return False
+        limit = values["COM_DISARM_LAND" if self._flew else "COM_DISARM_PRFLT"]
+        return limit > 0 and now - self._since >= limit

@@ -1,4 +1,4 @@
-"""The mission that a ground station uploads: MAVLink items, in the site frame once they are read."""
+"""The mission that a ground station uploads: MAVLink items, already in the site frame."""
 
 from __future__ import annotations
 

@@ -17,11 +17,13 @@ from .glide import Glide, Heading, stopping_point
 from .parameters import Parameters
 from .seen import Seen
 
+FAR_BELOW = 100.0
+"""m: a target that a landing never reaches, for where the ground is, is not known."""
+
 
 class Task:
     """Glide to a target with the yaw kept; the other tasks steer the target."""
 
-    climbs = False
     lands = False
     done = False
 
@@ -32,6 +34,12 @@ class Task:
         self.yaw_wanted = seen.yaw_site
         self.speed = values["MPC_XY_CRUISE"]
         self.climb = values["MPC_Z_V_AUTO_UP"]
+        self.descent = values["MPC_Z_V_AUTO_DN"]
+
+    @property
+    def climbs(self) -> bool:
+        """Whether it asks to leave the ground."""
+        return False
 
     @property
     def sinks(self) -> bool:
@@ -47,15 +55,20 @@ class Task:
         """Move the glide on; it waits for a vehicle that falls behind by MPC_XY_ERR_MAX."""
         behind = math.dist(self.glide.position[:2], seen.position_site[:2])
         speed = self.speed if behind < values["MPC_XY_ERR_MAX"] else 0.0
-        descent, accelerate = values["MPC_Z_V_AUTO_DN"], values["MPC_ACC_HOR"]
-        self.glide.towards(self.target, speed, self.climb, descent, accelerate, dt)
+        accelerate = values["MPC_ACC_HOR"]
+        self.glide.towards(self.target, speed, self.climb, self.descent, accelerate, dt)
         rate = math.radians(values["MPC_YAWRAUTO_MAX"])
         self.heading.towards(self.yaw_wanted, rate, math.radians(values["MPC_YAWRAUTO_ACC"]), dt)
 
     def demand(self, values: Parameters) -> Demand:
         """The glide as a demand within the limits of flight."""
         return demand_of(
-            self.glide.position, self.glide.velocity, FREE, self.heading.yaw, self.heading.rate, values
+            self.glide.position,
+            self.glide.velocity,
+            FREE,
+            self.heading.yaw,
+            self.heading.rate,
+            values,
         )
 
 
@@ -88,12 +101,15 @@ class Hold(Task):
 class TakeOff(Task):
     """Straight up to a height; done when it is nearly reached, as PX4 goes to hold then."""
 
-    climbs = True
-
     def __init__(self, seen: Seen, values: Parameters, height_site: float) -> None:
         super().__init__(seen, values)
         self.target = np.array([*seen.position_site[:2], height_site])
         self.climb = values["MPC_TKO_SPEED"]
+
+    @property
+    def climbs(self) -> bool:
+        """Always."""
+        return True
 
     def steer(self, seen: Seen, values: Parameters, dt: float) -> None:
         """Climb, and notice the height."""
@@ -107,14 +123,13 @@ class Land(Task):
     lands = True
 
     def steer(self, seen: Seen, values: Parameters, dt: float) -> None:
-        """Sink at the speed of the height; the point stays near the vehicle on the ground."""
-        height = float(self.glide.position[2])
+        """Sink at the speed of the height, for as long as it takes."""
+        self.descent = landing_speed(seen.height, values)
+        self.target[2] = self.glide.position[2] - FAR_BELOW
         super().steer(seen, values, dt)
-        self.glide.position[2] = height
-        self.glide.rise(-landing_speed(seen.height, values), values["MPC_ACC_HOR"], dt)
 
     def demand(self, values: Parameters) -> Demand:
-        """Down by speed alone: where the ground is, is not known."""
+        """Down by speed alone."""
         position, velocity = self.glide.position.copy(), self.glide.velocity
         position[2] = math.nan
         return demand_of(position, velocity, FREE, self.heading.yaw, self.heading.rate, values)

@@ -21,7 +21,10 @@ class Body:
     """
 
     def __init__(
-        self, airframe: Airframe, start_site: tuple[float, float], yaw_site: float,
+        self,
+        airframe: Airframe,
+        start_site: tuple[float, float],
+        yaw_site: float,
         ground: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         self.airframe = airframe

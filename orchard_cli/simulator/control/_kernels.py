@@ -132,7 +132,7 @@ def _product(a, b, out):
 
 @njit(cache=True, nogil=True)
 def control_attitude(attitude, gains, memory, out):
-    """PX4's AttitudeControl (Brescianini 2013): tilt first, yaw weighted; wanted rates into `out`."""
+    """PX4's AttitudeControl (Brescianini 2013), tilt before yaw: fills `out` with wanted rates."""
     conjugate, miss, reduced = attitude.copy(), np.empty(4), np.empty(4)
     conjugate[1:] *= -1.0
     _product(conjugate, memory[18:22], miss)  # body_from_wanted
@@ -211,7 +211,7 @@ def fly(state, error, setpoint, limits, gains, motors, around, load, airframe, d
     """Advance the vehicle under control by `steps` of `dt`, in place.
 
     The position loop runs once, at the start; attitude, rates and rotors run at every step.
-    Returns the mean over the steps of the sum of cubed rotor speeds, to which power is proportional.
+    Returns the mean sum of cubed rotor speeds, to which power is proportional.
     """
     position, velocity, attitude = np.empty(3), np.empty(3), np.empty(4)
     rates, torque, speeds = np.empty(3), np.empty(3), np.zeros(4)

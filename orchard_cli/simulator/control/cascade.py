@@ -1,4 +1,4 @@
-"""The control cascade as one object: gains from the parameters, memory, and the flight of a tick."""
+"""The control cascade as one object: gains, memory, and the flight of a tick."""
 
 from __future__ import annotations
 

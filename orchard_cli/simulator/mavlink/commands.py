@@ -21,7 +21,7 @@ Params = tuple[float, float, float, float, float, float, float]
 
 
 class Commands:
-    """Carries out the commands that concern the vehicle; those about messages are the endpoint's."""
+    """Carries out the commands about the vehicle; those about messages are the endpoint's."""
 
     def __init__(self, autopilot: Autopilot, earth: Earth) -> None:
         self._autopilot = autopilot

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from pymavlink.dialects.v20 import development as mav
 
 from orchard_cli.model.site import SiteOrigin
 from orchard_cli.simulator.autopilot import Autopilot, Result, Sticks, Wanted
-from orchard_cli.simulator.control import FREE
 
 from .commands import Commands
 from .earth import Earth, tell
@@ -29,7 +29,7 @@ class Endpoint:
 
     def __init__(self, autopilot: Autopilot, origin: SiteOrigin, utc: float) -> None:
         self._autopilot = autopilot
-        self.earth = Earth(origin, autopilot.body.position_site)
+        self.earth = Earth(origin, autopilot.craft.body.position_site)
         self.streams = Streams()
         self._commands = Commands(autopilot, self.earth)
         self._params = ParamProtocol(autopilot.parameters)
@@ -37,6 +37,14 @@ class Endpoint:
         self._utc = utc
         self._system = int(autopilot.parameters["MAV_SYS_ID"])
         self._component = int(autopilot.parameters["MAV_COMP_ID"])
+        self._table: dict[str, Callable[[Any], list[Any]]] = {
+            "SET_POSITION_TARGET_LOCAL_NED": self._setpoint,
+            "COMMAND_LONG": self._command,
+            "COMMAND_INT": self._command,
+            "MANUAL_CONTROL": self._sticks,
+            "TIMESYNC": self._timesync,
+            "PING": self._ping,
+        }
 
     def _scope(self) -> Scope:
         a = self._autopilot
@@ -59,21 +67,21 @@ class Endpoint:
             return []
         if getattr(message, "target_component", self._component) not in (0, self._component):
             return []
-        kind = message.get_type()
-        if kind == "SET_POSITION_TARGET_LOCAL_NED":
-            self._setpoint(message)
-            return []
-        if kind in ("COMMAND_LONG", "COMMAND_INT"):
-            return self._command(message)
-        if kind == "MANUAL_CONTROL":
-            self._sticks(message)
-            return []
-        if kind == "TIMESYNC" and message.tc1 == 0:
-            return [mav.MAVLink_timesync_message(round(self._autopilot.time * 1e9), message.ts1)]
-        if kind == "PING" and message.target_system == 0:
-            to = (message.get_srcSystem(), message.get_srcComponent())
-            return [mav.MAVLink_ping_message(message.time_usec, message.seq, *to)]
+        act = self._table.get(message.get_type())
+        if act is not None:
+            return act(message)
         return self._params.handle(message) or self._missions.handle(message, self._autopilot.time)
+
+    def _timesync(self, m: Any) -> list[Any]:
+        if m.tc1 != 0:
+            return []
+        return [mav.MAVLink_timesync_message(round(self._autopilot.time * 1e9), m.ts1)]
+
+    def _ping(self, m: Any) -> list[Any]:
+        if m.target_system != 0:  # an answer to ours
+            return []
+        to = (m.get_srcSystem(), m.get_srcComponent())
+        return [mav.MAVLink_ping_message(m.time_usec, m.seq, *to)]
 
     # -- commands
 
@@ -118,7 +126,7 @@ class Endpoint:
 
     # -- setpoints and sticks
 
-    def _setpoint(self, m: Any) -> None:
+    def _setpoint(self, m: Any) -> list[Any]:
         """PX4's reading of the type mask: an ignored triple is not controlled."""
         position = _free(m.type_mask, 0, (m.x, m.y, m.z))
         velocity = _free(m.type_mask, 3, (m.vx, m.vy, m.vz))
@@ -131,7 +139,7 @@ class Endpoint:
             velocity, acceleration = _turn(velocity, heading), _turn(acceleration, heading)
             position = (math.nan, math.nan, math.nan)
         elif m.coordinate_frame != LOCAL_NED:
-            return  # PX4 takes no other frame either
+            return []  # PX4 takes no other frame either
         wanted = Wanted(
             self._autopilot.time,
             earth.site(*position),
@@ -147,10 +155,12 @@ class Endpoint:
         )
         if not nothing:
             self._autopilot.offboard(wanted)
+        return []
 
-    def _sticks(self, m: Any) -> None:
+    def _sticks(self, m: Any) -> list[Any]:
         x, y, z, r = m.x / STICKS_FULL, m.y / STICKS_FULL, m.z / STICKS_FULL, m.r / STICKS_FULL
         self._autopilot.pilot(Sticks(self._autopilot.time, x, -y, 2 * z - 1, -r))
+        return []
 
 
 def _free(mask: int, shift: int, triple: tuple[float, float, float]) -> tuple[float, float, float]:

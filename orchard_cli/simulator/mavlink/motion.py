@@ -18,7 +18,7 @@ NAN = math.nan
 
 def gps_raw_int(s: Scope) -> Any:
     """24."""
-    t, fix = s.told, s.autopilot.gps_fix
+    t, fix = s.told, s.autopilot.inputs.gps_fix
     course = math.degrees(math.atan2(t.velocity[1], t.velocity[0])) % 360
     return mav.MAVLink_gps_raw_int_message(
         0, 6 if fix else 0, e7(t.latitude), e7(t.longitude), mm(t.altitude), 70, 110,
@@ -59,7 +59,7 @@ def vfr_hud(s: Scope) -> Any:
     """74."""
     t = s.told
     return mav.MAVLink_vfr_hud_message(
-        NAN, t.ground_speed, t.heading_cdeg // 100, round(100 * s.autopilot.collective),
+        NAN, t.ground_speed, t.heading_cdeg // 100, round(100 * s.autopilot.craft.collective),
         t.altitude, -t.velocity[2],
     )  # fmt: skip
 
@@ -67,8 +67,10 @@ def vfr_hud(s: Scope) -> Any:
 def attitude_target(s: Scope) -> Any:
     """83."""
     a = s.autopilot
-    q = s.earth.attitude(a.attitude_wanted)
-    return mav.MAVLink_attitude_target_message(s.told.boot_ms, 0, q, 0.0, 0.0, 0.0, a.collective)
+    q = s.earth.attitude(a.craft.attitude_wanted)
+    return mav.MAVLink_attitude_target_message(
+        s.told.boot_ms, 0, q, 0.0, 0.0, 0.0, a.craft.collective
+    )
 
 
 def position_target(s: Scope) -> Any:
@@ -95,7 +97,7 @@ def position_target_global(s: Scope) -> Any | None:
 
 def highres_imu(s: Scope) -> Any:
     """105: specific force and rates in FRD; the fields that are not simulated hold still."""
-    force = s.autopilot.acceleration_site.copy()
+    force = s.autopilot.craft.acceleration_site.copy()
     force[2] += GRAVITY
     x, y, z = turn_back(s.told.q, s.earth.turned(force))
     return mav.MAVLink_highres_imu_message(
@@ -106,7 +108,7 @@ def highres_imu(s: Scope) -> Any:
 
 def scaled_imu(s: Scope) -> Any:
     """26."""
-    force = s.autopilot.acceleration_site.copy()
+    force = s.autopilot.craft.acceleration_site.copy()
     force[2] += GRAVITY
     milli_g = [round(v / GRAVITY * 1000) for v in turn_back(s.told.q, s.earth.turned(force))]
     milli_rad = [round(v * 1000) for v in s.told.rates]
@@ -127,12 +129,12 @@ def turn_back(q: tuple[float, float, float, float], v: Triple) -> Triple:
 def hil_state(s: Scope) -> Any:
     """115: the truth."""
     a = s.autopilot
-    n, e, d = s.earth.local(a.body.position_site)
+    n, e, d = s.earth.local(a.craft.body.position_site)
     latitude, longitude = s.earth.degrees(n, e)
-    v = [round(value * 100) for value in s.earth.turned(a.body.velocity_site)]
-    p, q, r = a.body.rates_body.tolist()
+    v = [round(value * 100) for value in s.earth.turned(a.craft.body.velocity_site)]
+    p, q, r = a.craft.body.rates_body.tolist()
     return mav.MAVLink_hil_state_quaternion_message(
-        s.told.boot_us, s.earth.attitude(a.body.site_from_body), p, -q, -r, e7(latitude),
+        s.told.boot_us, s.earth.attitude(a.craft.body.site_from_body), p, -q, -r, e7(latitude),
         e7(longitude), mm(s.earth.height - d), *v, 0, 0, 0, 0, 0,
     )  # fmt: skip
 
@@ -172,9 +174,7 @@ def odometry(s: Scope) -> Any:
 
 def _upper_triangle(diagonal: tuple[float, ...]) -> list[float]:
     """(21,) row-major upper triangle of a diagonal (6, 6) matrix."""
-    return [
-        diagonal[row] if row == column else 0.0 for row in range(6) for column in range(row, 6)
-    ]
+    return [diagonal[row] if row == column else 0.0 for row in range(6) for column in range(row, 6)]
 
 
 _POSE_COVARIANCE = _upper_triangle((1e-2, 1e-2, 2.5e-3, 1e-5, 1e-5, 1e-5))

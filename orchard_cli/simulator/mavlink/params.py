@@ -64,5 +64,9 @@ class ParamProtocol:
     @staticmethod
     def _error(message: Any, error: int) -> Any:
         return mav.MAVLink_param_error_message(
-            message.get_srcSystem(), message.get_srcComponent(), message.param_id.encode(), -1, error
+            message.get_srcSystem(),
+            message.get_srcComponent(),
+            message.param_id.encode(),
+            -1,
+            error,
         )

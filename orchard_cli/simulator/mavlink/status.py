@@ -29,11 +29,11 @@ def heartbeat(s: Scope) -> Any:
         base |= 64
     elif a.mode is not Mode.OFFBOARD:
         base |= 8 | 4
-    if a.armed:
-        status = 4 if a.mode is a.intention else 5
-    else:
-        status = 0 if a.not_ready() else 3
-    return mav.MAVLink_heartbeat_message(2, 12, base, a.mode.custom, status, 3)
+    flying = 4 if a.mode is a.intention else 5  # active, or critical under a failsafe
+    resting = 0 if a.not_ready() else 3
+    return mav.MAVLink_heartbeat_message(
+        2, 12, base, a.mode.custom, flying if a.armed else resting, 3
+    )
 
 
 def sys_status(s: Scope) -> Any:
@@ -43,9 +43,10 @@ def sys_status(s: Scope) -> Any:
     health = HEALTHY | (HEALTHY_GPS if a.global_position_ok else 0)
     if not a.not_ready():
         health |= HEALTHY_ARMING
+    battery = a.craft.battery
     return mav.MAVLink_sys_status_message(
-        present, present | 0x10000, health, 120, round(a.battery_voltage * 1000),
-        round(a.battery.current * 100), round(a.battery.share * 100), 0, 0, 0, 0, 0, 0, 0, 0, 1,
+        present, present | 0x10000, health, 120, round(a.craft.battery_voltage * 1000),
+        round(battery.current * 100), round(battery.share * 100), 0, 0, 0, 0, 0, 0, 0, 0, 1,
     )  # fmt: skip
 
 
@@ -68,8 +69,8 @@ def pulses(s: Scope) -> list[int]:
     a = s.autopilot
     if not a.armed:
         return [900] * 4
-    top = a.body.airframe.speed_max
-    return [round(1000 + 1000 * speed / top) for speed in a.body.state[13:17].tolist()]
+    top = a.craft.body.airframe.speed_max
+    return [round(1000 + 1000 * speed / top) for speed in a.craft.body.state[13:17].tolist()]
 
 
 def mission_current(s: Scope) -> Any:
@@ -97,10 +98,11 @@ def timesync(s: Scope) -> Any:
 def battery_status(s: Scope) -> Any:
     """147."""
     a = s.autopilot
-    cells = [round(a.battery_voltage * 1000)] + [65535] * 9
+    battery = a.craft.battery
+    cells = [round(a.craft.battery_voltage * 1000)] + [65535] * 9
     return mav.MAVLink_battery_status_message(
-        0, 1, 1, 32767, cells, round(a.battery.current * 100), round(a.battery.used_mah), -1,
-        round(a.battery.share * 100), 0, 1,
+        0, 1, 1, 32767, cells, round(battery.current * 100), round(battery.used_mah), -1,
+        round(battery.share * 100), 0, 1,
     )  # fmt: skip
 
 

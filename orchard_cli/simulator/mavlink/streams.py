@@ -57,9 +57,7 @@ class Streams:
     """The streams of one link, each with its own interval."""
 
     def __init__(self) -> None:
-        self._interval = {
-            number: 1 / rate for number, (_, rate) in BUILDERS.items() if rate > 0
-        }
+        self._interval = {number: 1 / rate for number, (_, rate) in BUILDERS.items() if rate > 0}
         self._due = dict.fromkeys(self._interval, 0.0)
 
     def interval_us(self, number: int) -> int:

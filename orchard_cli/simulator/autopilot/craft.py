@@ -1,0 +1,86 @@
+"""The vehicle as the commander has it: body, wind, rotors' battery, control loops and estimate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from orchard_cli.model.arrays import Vector
+from orchard_cli.model.world import World
+from orchard_cli.simulator.body import Airframe, Body, Gusts
+from orchard_cli.simulator.control import Cascade, Demand, Motors
+
+from .battery import Battery, Pack
+from .estimator import Estimator
+from .parameters import Parameters
+from .seen import Seen, see
+
+TICK = 0.01  # s: the position loop and everything above it; PX4's runs at 100 Hz too
+
+
+class Craft:
+    """Flies demands, tick by tick. The same world and demands give the same bits."""
+
+    def __init__(
+        self,
+        world: World,
+        start_site: tuple[float, float],
+        start_yaw_site: float,
+        *,
+        ground: tuple[float, float, float],
+        airframe: Airframe,
+        pack: Pack,
+        values: Parameters,
+    ) -> None:
+        wind_seed, noise_seed = np.random.SeedSequence([world.seed, 0x5157]).spawn(2)
+        self.body = Body(airframe, start_site, start_yaw_site, ground)
+        self.battery = Battery(pack, airframe)
+        self.acceleration_site = np.zeros(3)  # m/s², true, over the last tick
+        self._values = values
+        self._cascade = Cascade(values, TICK)
+        self._tuned = values.version
+        self._gusts = Gusts(world.wind, TICK, np.random.default_rng(wind_seed))
+        self._estimator = Estimator(world.noise, TICK, np.random.default_rng(noise_seed))
+        self._ticks = 0
+        self._look()
+
+    @property
+    def time(self) -> float:
+        """s since boot."""
+        return self._ticks * TICK
+
+    @property
+    def collective(self) -> float:
+        """Thrust asked for last, share of the greatest."""
+        return self._cascade.collective
+
+    @property
+    def attitude_wanted(self) -> Vector:
+        """(4,) site_from_body asked for last."""
+        return self._cascade.attitude_wanted
+
+    @property
+    def battery_voltage(self) -> float:
+        """V at the terminals."""
+        v = self._values
+        return self.battery.voltage(v["BAT1_N_CELLS"], v["BAT1_V_EMPTY"], v["BAT1_V_CHARGED"])
+
+    def forget(self) -> None:
+        """Zero the control integrals, as PX4 does on the ground."""
+        self._cascade.forget()
+
+    def fly(self, demand: Demand, motors: Motors) -> None:
+        """Fly one TICK, drain the battery, and look where that led."""
+        if self._tuned != self._values.version:
+            self._cascade.retune(self._values)
+            self._tuned = self._values.version
+        self.body.around[:3] = self._gusts.step()
+        before = self.body.velocity_site
+        cubes = self._cascade.fly(self.body, self._error, demand, motors)
+        self.acceleration_site = (self.body.velocity_site - before) / TICK
+        self.battery.drain(cubes, TICK)
+        self._ticks += 1
+        self._look()
+
+    def _look(self) -> None:
+        self._error = self._estimator.step()
+        self.seen: Seen = see(self.time, self.body.state, self._error, self.body.ground_height)
