@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -96,6 +97,7 @@ def mission(rows: int = 2) -> Mission:
     )
 
 
+@lru_cache
 def planned_mission(rows: int = 2) -> Mission:
     """The same orchard with a mission that passes every check."""
     from orchard_cli.mission import plan

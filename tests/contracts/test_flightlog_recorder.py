@@ -237,8 +237,7 @@ for one in made.flight(made.mission()):
     if getattr(one, "time", 0.0) > 130.0:
         break
     recorder.write(one)
-    time.sleep(0.0003)
-time.sleep(1.0)
+time.sleep(0.7)
 print("ready", flush=True)
 time.sleep(60)
 """
