@@ -11,6 +11,7 @@ from orchard_cli import __version__
 from orchard_cli.errors import InputError, OrchardError
 
 from .analyze import analyze
+from .plan import plan
 
 app = typer.Typer(
     name="orchard",
@@ -20,6 +21,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+app.command()(plan)
 app.command()(analyze)
 
 

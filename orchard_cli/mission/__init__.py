@@ -1,1 +1,17 @@
-"""Orchard and settings -> Mission: route, spline, time law, checks, files."""
+"""Orchard + wishes -> Mission: the Π, its spline, its time law, its checks, its file."""
+
+from .checks import check, notes
+from .files import dumps, load, loads, save, schema
+from .planner import measured_corner_cut, plan
+
+__all__ = [
+    "check",
+    "dumps",
+    "load",
+    "loads",
+    "measured_corner_cut",
+    "notes",
+    "plan",
+    "save",
+    "schema",
+]

@@ -39,6 +39,7 @@ class RoundedPath:
     points_site: Points  # (m, 3) m, at most SPACING apart
     cuts: Array  # (n - 2,) m, from each corner to the curve
     corner_lengths: Array  # (n - 2,) m along the points to where each corner is passed
+    total: float  # m along all points
 
 
 def rounded(corners_site: Points, cut: float) -> RoundedPath:
@@ -65,8 +66,9 @@ def rounded(corners_site: Points, cut: float) -> RoundedPath:
         last = blend[-1]
     pieces += [_straight(last, corners[-1]), corners[-1:]]
     points = np.concatenate(pieces)
-    along = lengths_of(points)[np.array(middles, dtype=int)]
-    return RoundedPath(points, np.array(cuts), along)
+    along = lengths_of(points)
+    passed = along[np.array(middles, dtype=int)]
+    return RoundedPath(points, np.array(cuts), passed, float(along[-1]))
 
 
 def _straight(start: Array, end: Array) -> Points:

@@ -1,0 +1,223 @@
+"""Is the mission fit to fly? Every fault is found, and each says what would mend it."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from orchard_cli.errors import Fault
+from orchard_cli.geometry.geodesy import wgs84_from_site
+from orchard_cli.model.arrays import Points
+from orchard_cli.model.mission import Leg, Limits, Mission
+from orchard_cli.model.site import Orchard
+from orchard_cli.motion.fit import distances
+from orchard_cli.motion.timing import TOLERANCE, PathLimits, over_limits
+
+CANOPY_REACH = 1.5  # m around a trunk within which its canopy is expected
+SAMPLING = 0.1  # m between samples of a path, at most, at full speed
+NEAR = 0.05  # m: how well the parts of one mission must agree
+
+
+def check(mission: Mission) -> tuple[Fault, ...]:
+    """Everything that is wrong with a mission; empty when it may fly."""
+    trajectory = mission.trajectory
+    step = SAMPLING / mission.limits.speed
+    times = np.arange(trajectory.start, trajectory.end + step, step)
+    path = trajectory.sample(times)[0]
+    return (
+        *canopy_faults(mission.orchard, mission.limits, path),
+        *area_faults(mission.orchard, mission.limits, path),
+        *_ground_faults(mission),
+        *battery_faults(mission.energy_share, mission.limits),
+        *_limit_faults(mission),
+        *_agreement_faults(mission, path),
+        *_segment_faults(mission),
+    )
+
+
+def notes(mission: Mission) -> tuple[str, ...]:
+    """What the pilot should know: known obstacles that the flight will have to avoid."""
+    step = SAMPLING / mission.limits.speed
+    times = np.arange(mission.trajectory.start, mission.trajectory.end, step)
+    path = mission.trajectory.sample(times)[0]
+    found = []
+    for obstacle in mission.orchard.obstacles:
+        apart = np.hypot(*(path[:, :2] - obstacle.position_site).T) - obstacle.radius
+        low = path[:, 2] < obstacle.top + mission.limits.clearance
+        gap = apart[low].min(initial=np.inf)
+        if gap < mission.limits.clearance:
+            x, y = obstacle.position_site
+            found.append(
+                f"{obstacle.name} at ({x:g}, {y:g}) stands {max(gap, 0):.2f} m from the route; "
+                "it will be avoided in flight"
+            )
+    return tuple(found)
+
+
+def path_limits(limits: Limits) -> PathLimits:
+    """The part of the vehicle's limits that shapes a time law."""
+    return PathLimits(
+        speed=limits.speed,
+        acceleration=limits.acceleration,
+        acceleration_along=limits.acceleration_along,
+        yaw_rate=limits.yaw_rate,
+        climb_speed=limits.climb_speed,
+    )
+
+
+def canopy_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fault]:
+    """Rows whose canopy comes nearer than the clearance under a path sampled densely (n, 3)."""
+    path = cKDTree(path_site[:, :2])
+    faults = []
+    for k, row in enumerate(orchard.rows):
+        tops = row.canopy_tops_site
+        above = np.array(
+            [
+                path_site[near, 2].min() - top if near else np.inf
+                for near, top in zip(
+                    path.query_ball_point(row.trunks_site, CANOPY_REACH), tops, strict=True
+                )
+            ]
+        )
+        tree = int(above.argmin())
+        if above[tree] < limits.clearance - 1e-6:
+            lacking = limits.clearance - above[tree]
+            faults.append(
+                Fault(
+                    f"row {k + 1}, tree {tree + 1}",
+                    f"the flight passes {above[tree]:.2f} m above the canopy"
+                    if above[tree] >= 0
+                    else f"the flight passes {-above[tree]:.2f} m below the canopy's top",
+                    f"fly at least {lacking:.2f} m higher ({limits.clearance:g} m are kept)",
+                )
+            )
+    return faults
+
+
+def area_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fault]:
+    """Where a path leaves the fence or enters a keep-out, with the airframe's radius to spare."""
+    line = shapely.LineString(path_site[:, :2])
+    room = limits.airframe_radius
+    faults = []
+    if len(orchard.fence_site):
+        fence = shapely.Polygon(orchard.fence_site)
+        outside = line.difference(fence.buffer(-room))
+        if not outside.is_empty:
+            x, y = outside.representative_point().coords[0]
+            faults.append(
+                Fault("fence", f"the flight leaves it near ({x:.1f}, {y:.1f})", "widen the fence")
+            )
+    for k, ring in enumerate(orchard.keep_outs_site):
+        inside = line.intersection(shapely.Polygon(ring).buffer(room))
+        if not inside.is_empty:
+            x, y = inside.representative_point().coords[0]
+            faults.append(
+                Fault(
+                    f"keep_out {k + 1}",
+                    f"the flight enters it near ({x:.1f}, {y:.1f})",
+                    "leave those rows out, or make the keep-out smaller",
+                )
+            )
+    return faults
+
+
+def battery_faults(energy_share: float, limits: Limits) -> list[Fault]:
+    """A flight that would land with less than the reserve."""
+    if energy_share <= 1 - limits.reserve:
+        return []
+    return [
+        Fault(
+            "battery",
+            f"the flight takes {energy_share:.0%} of a {limits.endurance:.0f} s battery "
+            f"and {limits.reserve:.0%} must be left",
+            "split the orchard over several surveys, or fly faster",
+        )
+    ]
+
+
+def _ground_faults(mission: Mission) -> list[Fault]:
+    """Take-off and landing go straight up and down: nothing may stand there."""
+    faults = []
+    trunks = np.concatenate([row.trunks_site for row in mission.orchard.rows])
+    room = CANOPY_REACH + mission.limits.airframe_radius
+    for name, site in (("takeoff", mission.takeoff_site), ("landing", mission.landing_site)):
+        tree = float(np.hypot(*(trunks - site).T).min())
+        if tree < room:
+            faults.append(
+                Fault(name, f"a trunk stands {tree:.2f} m away", f"keep {room:.2f} m from trees")
+            )
+        for obstacle in mission.orchard.obstacles:
+            gap = float(np.hypot(*(obstacle.position_site - site))) - obstacle.radius
+            if gap < mission.limits.clearance:
+                faults.append(
+                    Fault(
+                        name,
+                        f"{obstacle.name} stands {max(gap, 0):.2f} m away",
+                        f"keep {mission.limits.clearance:g} m from it",
+                    )
+                )
+    return faults
+
+
+def _limit_faults(mission: Mission) -> list[Fault]:
+    over = over_limits(mission.trajectory, path_limits(mission.limits))
+    return [
+        Fault("trajectory", f"{share:.0%} of the limit on {name}", "plan the mission again")
+        for name, share in over.items()
+        if share > 1 + TOLERANCE
+    ]
+
+
+def _agreement_faults(mission: Mission, path: Points) -> list[Fault]:
+    """The parts of a mission say the same thing."""
+    waypoints = np.asarray(mission.waypoints_site)
+    length = float(np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum())
+    places = wgs84_from_site(mission.orchard.origin, waypoints)
+    first, last = mission.trajectory.sample(
+        np.array([mission.trajectory.start, mission.trajectory.end])
+    )[0]
+    apart = distances(waypoints, path) - mission.corner_cut
+    spline = mission.spline.control_points_site
+    still = np.ptp(_ends(mission.trajectory.control_points_site), axis=1).max()
+    tests = (
+        ("route_length_m", abs(length - mission.route_length) < 0.01),
+        ("waypoints", bool((apart < NEAR).all())),
+        ("waypoints wgs84", _far(places, mission.waypoints_wgs84) < NEAR),
+        ("spline", np.abs(spline[[0, -1]] - waypoints[[0, -1]]).max() < NEAR),
+        ("trajectory start", np.abs(first[:2] - mission.takeoff_site).max() < NEAR),
+        ("trajectory end", np.abs(last[:2] - mission.landing_site).max() < NEAR),
+        ("trajectory rest", still < 1e-9),
+    )
+    return [
+        Fault(name, "does not agree with the rest of the mission", "plan the mission again")
+        for name, holds in tests
+        if not holds
+    ]
+
+
+def _ends(control: Points) -> Points:
+    """The three control points at either end, (2, 3, 3): equal means at rest."""
+    return np.stack([control[:3], control[-3:]])
+
+
+def _far(a_wgs84: Points, b_wgs84: Points) -> float:
+    """Greatest distance of two lists of WGS84 places, m, to a few percent."""
+    metres = np.abs(a_wgs84 - b_wgs84) * [111_320.0, 111_320.0, 1.0]
+    return float(metres.max())
+
+
+def _segment_faults(mission: Mission) -> list[Fault]:
+    """Segments cover the trajectory without gap or overlap, and rows are rows of the orchard."""
+    segments, end = mission.segments, mission.trajectory.end
+    starts = [s.start for s in segments]
+    ends = [s.end for s in segments]
+    whole = bool(segments) and starts[0] == 0.0 and ends[-1] == end and starts[1:] == ends[:-1]
+    faults = []
+    if not whole or any(a >= b for a, b in zip(starts, ends, strict=True)):
+        faults.append(Fault("segments", "leave a gap or overlap", "plan the mission again"))
+    for k, s in enumerate(segments):
+        known = s.row is not None and 0 <= s.row < len(mission.orchard.rows)
+        if (s.leg is Leg.ROW) != (s.row is not None) or (s.row is not None and not known):
+            faults.append(Fault(f"segments/{k}", f"row {s.row} is no row of the orchard"))
+    return faults

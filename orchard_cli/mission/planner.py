@@ -1,0 +1,187 @@
+"""An orchard and the crew's wishes become a mission."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from orchard_cli.errors import Fault, InputError
+from orchard_cli.geometry.geodesy import wgs84_from_site
+from orchard_cli.model.arrays import Array, Points, Vector
+from orchard_cli.model.mission import Leg, Mission, Provenance, Segment
+from orchard_cli.model.site import Orchard
+from orchard_cli.model.trajectory import BSpline, Trajectory
+from orchard_cli.model.wishes import FlightWishes
+from orchard_cli.motion.fit import (
+    RoundedPath,
+    distances,
+    fit_spline,
+    lengths_of,
+    rounded,
+    samples,
+)
+from orchard_cli.motion.timing import TimedPath, time_path
+
+from . import checks, energy, route
+
+DENSITY = 2.0  # control points per metre of route (Liu 2024, §4.1)
+SHARPEST = math.radians(150.0)  # turn between the way from take-off and the first row
+
+_MICRONS = 6  # decimals of a metre kept in a mission: files stay short, and what is saved is exact
+_PLACES = 9  # decimals of a degree kept: 0.1 mm
+
+
+def plan(orchard: Orchard, wishes: FlightWishes, provenance: Provenance) -> Mission:
+    """Lay the Π over an orchard, fit its spline, time it, and check it.
+
+    Raises InputError with every fault when the mission cannot be flown safely.
+    """
+    limits = wishes.limits
+    waypoints = np.round(route.waypoints(orchard, wishes), _MICRONS)
+    length = route.length(waypoints)
+    _refuse_hopeless(orchard, wishes, waypoints, length)
+    corners = rounded(waypoints, wishes.corner_cut)
+    spline = _tidy(fit_spline(corners.points_site, max(4, round(DENSITY * length))))
+    curve = samples(spline)
+    approach, departure = _way_in(wishes, waypoints), _way_out(wishes, waypoints)
+    path = np.concatenate([approach[:-1], curve, departure[1:]])
+    timed = time_path(path, checks.path_limits(limits))
+    trajectory = Trajectory(
+        0.0,
+        timed.trajectory.interval,
+        np.round(timed.trajectory.control_points_site, _MICRONS),
+    )
+    up, down = path[0, 2] - _ground(orchard, path[0]), path[-1, 2] - _ground(orchard, path[-1])
+    mission = Mission(
+        name=orchard.name,
+        orchard=orchard,
+        waypoints_site=waypoints,
+        waypoints_wgs84=_round_places(wgs84_from_site(orchard.origin, waypoints)),
+        route_length=length,
+        corner_cut=wishes.corner_cut,
+        spline=spline,
+        trajectory=trajectory,
+        segments=_segments(orchard, wishes, corners, approach, curve, timed, trajectory.end),
+        takeoff_site=path[0, :2],
+        landing_site=path[-1, :2],
+        limits=limits,
+        swath=wishes.swath,
+        energy_share=round(energy.share(trajectory.end, up, down, limits), 6),
+        provenance=provenance,
+    )
+    faults = checks.check(mission)
+    if faults:
+        raise InputError(faults)
+    return mission
+
+
+def measured_corner_cut(mission: Mission) -> float:
+    """Greatest distance from an inner waypoint to the global spline, m."""
+    inner = mission.waypoints_site[1:-1]
+    return float(distances(inner, samples(mission.spline)).max()) if len(inner) else 0.0
+
+
+def _refuse_hopeless(
+    orchard: Orchard, wishes: FlightWishes, waypoints: Points, length: float
+) -> None:
+    """Refuse before the costly part: a route beyond the battery, or a take-off in a bad place."""
+    limits = wishes.limits
+    faults = checks.battery_faults(length / limits.speed / limits.endurance, limits)
+    if faults:
+        spacing = max(checks.SAMPLING, length / 50_000)
+        along = lengths_of(waypoints)
+        at = np.linspace(0.0, length, int(length / spacing) + 2)
+        path = np.column_stack([np.interp(at, along, axis) for axis in waypoints.T])
+        faults += checks.canopy_faults(orchard, limits, path)
+        faults += checks.area_faults(orchard, limits, path)
+    for name, site, end, inner in (
+        ("takeoff_m", wishes.takeoff_site, waypoints[0], waypoints[1]),
+        ("landing_m", wishes.landing_site, waypoints[-1], waypoints[-2]),
+    ):
+        run = route.run_up_point(end, inner, limits)
+        if site is not None and _turn(site - run[:2], run[:2] - end[:2]) > SHARPEST:
+            faults.append(
+                Fault(
+                    f"flight.{name}",
+                    "lies inside the row's line: the vehicle would turn back on itself",
+                    f"move it outwards, to ({run[0]:.1f}, {run[1]:.1f}) say, or leave it out",
+                )
+            )
+    if faults:
+        raise InputError(faults)
+
+
+def _turn(a: Vector, b: Vector) -> float:
+    """Angle between two (2,) vectors, rad; 0 when one has no length."""
+    cross = a[0] * b[1] - a[1] * b[0]
+    return abs(math.atan2(float(cross), float(a @ b))) if a.any() and b.any() else 0.0
+
+
+def _way_in(wishes: FlightWishes, waypoints: Points) -> Points:
+    """From above the take-off to the first waypoint, the last stretch in line with its row."""
+    run = route.run_up_point(waypoints[0], waypoints[1], wishes.limits)
+    return _joined(wishes.takeoff_site, run, waypoints[0], wishes.corner_cut)
+
+
+def _way_out(wishes: FlightWishes, waypoints: Points) -> Points:
+    """From the last waypoint to above the landing, the first stretch in line with its row."""
+    run = route.run_up_point(waypoints[-1], waypoints[-2], wishes.limits)
+    return _joined(wishes.landing_site, run, waypoints[-1], wishes.corner_cut)[::-1]
+
+
+def _joined(site: Vector | None, run: Vector, end: Vector, cut: float) -> Points:
+    start = run if site is None else np.array([site[0], site[1], end[2]])
+    corners = [start, end] if np.linalg.norm(start - run) < 1e-3 else [start, run, end]
+    return np.round(rounded(np.array(corners), cut).points_site, _MICRONS)
+
+
+def _ground(orchard: Orchard, point: Vector) -> float:
+    """Height of the ground near a point, m: that at the nearest trunk."""
+    trunks = np.concatenate([row.trunks_site for row in orchard.rows])
+    ground = np.concatenate([row.ground for row in orchard.rows])
+    return float(ground[np.hypot(*(trunks - point[:2]).T).argmin()])
+
+
+def _tidy(spline: BSpline) -> BSpline:
+    return BSpline(
+        spline.degree,
+        np.round(spline.knots, _MICRONS),
+        np.round(spline.control_points_site, _MICRONS),
+    )
+
+
+def _round_places(places_wgs84: Array) -> Array:
+    return np.column_stack(
+        [np.round(places_wgs84[:, :2], _PLACES), np.round(places_wgs84[:, 2], _MICRONS)]
+    )
+
+
+def _segments(
+    orchard: Orchard,
+    wishes: FlightWishes,
+    corners: RoundedPath,
+    approach: Points,
+    curve: Points,
+    timed: TimedPath,
+    end: float,
+) -> tuple[Segment, ...]:
+    """Transit, then rows and headlands by turns between the times of the waypoints, then transit.
+
+    A waypoint is reached where the path passes nearest to it: half way round its corner.
+    """
+    on_spline = np.linspace(0.0, corners.total, len(curve))
+    reached = np.interp(
+        np.concatenate([[0.0], corners.corner_lengths, [corners.total]]),
+        on_spline,
+        lengths_of(curve),
+    )
+    before = lengths_of(approach)[-1]
+    times = [round(timed.time_at(float(before + s)), _MICRONS) for s in reached]
+    order = route.row_order(orchard, wishes)
+    segments = [Segment(Leg.TRANSIT, 0.0, times[0])]
+    for k, (a, b) in enumerate(pairwise(times)):
+        row = order[k // 2][0] if k % 2 == 0 else None
+        segments.append(Segment(Leg.HEADLAND if row is None else Leg.ROW, a, b, row))
+    return (*segments, Segment(Leg.TRANSIT, times[-1], end))

@@ -1,0 +1,129 @@
+"""A survey file becomes an orchard and the crew's wishes for its flight."""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from orchard_cli.errors import Fault, InputError
+from orchard_cli.model.site import Orchard
+from orchard_cli.model.wishes import FlightWishes
+
+from . import sheet, tables
+from .reading import Table
+from .rows import TapedRow, crossings, lay_out, tree_rows
+
+LARGEST = 1_000_000  # bytes; a thousand rows of a hundred trees are half of it
+_MOST_FAULTS = 50  # listed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survey:
+    """What a survey file says."""
+
+    file: str  # its name
+    sha256: str  # of its bytes
+    orchard: Orchard
+    wishes: FlightWishes
+
+
+def load(path: Path) -> Survey:
+    """Read a survey, TOML or CSV by the file's ending. Raises InputError with every fault."""
+    try:
+        if not path.is_file():
+            raise InputError(Fault(str(path), "is no file", "give the survey's file"))
+        if (size := path.stat().st_size) > LARGEST:
+            raise InputError(
+                Fault(
+                    str(path),
+                    f"has {size / 1e6:.0f} MB, {LARGEST / 1e6:.0f} MB is the most",
+                    "split the survey: one file a flight",
+                )
+            )
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(Fault(str(path), f"cannot be read: {error.strerror}")) from error
+    return parse(data, path.name, csv=path.suffix.lower() == ".csv")
+
+
+def parse(data: bytes, file: str, csv: bool = False) -> Survey:
+    """A survey from a file's bytes; `file` names it. Raises InputError with every fault."""
+    text = _text(data, file)
+    faults: list[Fault] = []
+    if csv:
+        head, lines = sheet.split(text)
+        top = Table(_toml(head, file), file, faults)
+    else:
+        _refuse_many_rows(text, file)
+        top = Table(_toml(text, file), file, faults)
+    name = top.text("name", file.partition(".")[0] or file)
+    site = tables.read_site(top.table("site", required=True))
+    wishes = tables.read_wishes(top.table("flight", required=True), top.table("vehicle"))
+    taped = (
+        sheet.read_rows(lines, file, faults)
+        if csv
+        else tables.read_rows(top.tables("row", tables.MOST_ROWS))
+    )
+    obstacles = tables.read_obstacles(top.tables("obstacle", 10_000))
+    fence = [tables.read_ring(top.table("fence"))] if "fence" in top else []
+    keep_outs = [tables.read_ring(t) for t in top.tables("keep_out", 1_000)]
+    top.done()
+    laid = lay_out(taped)
+    faults += _row_faults(taped, file, faults) + crossings(taped, laid)
+    if faults:
+        raise InputError(_shortened(faults, file))
+    orchard = Orchard(
+        name=name,
+        origin=site,
+        rows=tree_rows(taped, laid),
+        obstacles=tuple(obstacles),
+        keep_outs_site=tuple(keep_outs),
+        **({"fence_site": fence[0]} if fence else {}),
+    )
+    return Survey(file, hashlib.sha256(data).hexdigest(), orchard, wishes)
+
+
+def _text(data: bytes, file: str) -> str:
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise InputError(
+            Fault(f"{file}, line {line}", "is not UTF-8 text", "save the file as UTF-8")
+        ) from error
+    if not text.strip():
+        raise InputError(Fault(file, "is empty", "start from missions/lemon-field.survey.toml"))
+    return text
+
+
+def _toml(text: str, file: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise InputError(Fault(file, "is nested too deeply to be a survey")) from error
+    except ValueError as error:
+        raise InputError(Fault(file, f"is not TOML: {error}", "mend that line")) from error
+
+
+def _refuse_many_rows(text: str, file: str) -> None:
+    """Before the costly parse."""
+    count = text.count("[[row]]")
+    if count > tables.MOST_ROWS:
+        raise InputError(
+            Fault(file, f"has {count} rows, {tables.MOST_ROWS} are the most", "split the survey")
+        )
+
+
+def _row_faults(taped: list[TapedRow], file: str, known: list[Fault]) -> list[Fault]:
+    if not taped and not any(": row" in fault.where for fault in known):
+        return [Fault(f"{file}: row", "there is none", "add a [[row]] for each row of trees")]
+    return []
+
+
+def _shortened(faults: list[Fault], file: str) -> list[Fault]:
+    if len(faults) <= _MOST_FAULTS:
+        return faults
+    return [*faults[:_MOST_FAULTS], Fault(file, f"{len(faults) - _MOST_FAULTS} more faults")]

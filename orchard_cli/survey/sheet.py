@@ -1,0 +1,124 @@
+"""Surveys as a spreadsheet: one line a tree, in the order in which the crew walks them.
+
+    # [site]
+    # latitude_deg = 23.45
+    # longitude_deg = 113.2
+    # height_m = 20.0
+    # heading_deg = 90.0
+    # [flight]
+    # height_m = 3.5
+    row,distance_m,start_m,gap_m,tree_height_m
+    1,,,,2.3
+    1,,,3.0,2.2
+    2,6.0,0.5,,2.3
+    2,,,3.1,2.4
+
+Lines that begin with # are the head, with the same tables as a TOML survey (tables.py). Columns:
+`row` counts from 1; `distance_m` (with `far_distance_m`) and `start_m` stand in a row's first
+line; `gap_m` is the distance from the tree before in the same row, empty in a row's first line;
+`tree_height_m` and, optionally, `ground_m` stand in each line.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import Any
+
+from orchard_cli.errors import Fault
+
+from .reading import Table
+from .rows import TapedRow
+from .tables import MOST_ROWS, MOST_TREES, read_distances, read_start
+
+Line = tuple[int, list[str]]
+_NEEDED = ("row", "gap_m", "tree_height_m")
+
+
+def split(text: str) -> tuple[str, list[Line]]:
+    """The head, as TOML, and the lines of the sheet with their numbers in the file."""
+    lines = text.splitlines()
+    head = [line.lstrip()[1:] if line.lstrip().startswith("#") else "" for line in lines]
+    body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not head[n - 1]]
+    body = [(n, line) for n, line in body if not line.lstrip().startswith("#")]
+    cells = csv.reader(io.StringIO("\n".join(line for _, line in body)), strict=False)
+    return "\n".join(head), [(n, row) for (n, _), row in zip(body, cells, strict=False)]
+
+
+def read_rows(lines: list[Line], file: str, faults: list[Fault]) -> list[TapedRow]:
+    """The rows of a sheet; faults are added to `faults`."""
+    columns = [cell.strip() for cell in lines[0][1]] if lines else []
+    missing = [name for name in _NEEDED if name not in columns]
+    if missing:
+        where = f"{file}: line {lines[0][0]}" if lines else f"{file}: row"
+        faults.append(
+            Fault(
+                where,
+                f"no column {', '.join(missing)}",
+                "begin the sheet with row,distance_m,start_m,gap_m,tree_height_m",
+            )
+        )
+        return []
+    rows: list[TapedRow] = []
+    for number, cells in lines[1:]:
+        table = Table(_values(columns, cells), f"{file}: line {number}", faults)
+        if len(cells) > len(columns):
+            table.fault("", f"has {len(cells)} cells for {len(columns)} columns", "remove some")
+        row = table.number("row", 1, MOST_ROWS)
+        if math.isfinite(row) and row == len(rows) + 1:
+            rows.append(_begun(table, first=not rows))
+        elif rows and row == len(rows):
+            _continue(table, rows[-1])
+        elif math.isfinite(row):
+            table.fault("row", f"is {row:g} after row {len(rows)}", "number rows 1, 2, 3, ...")
+        table.done()
+    for taped in rows:
+        if not taped.gaps:
+            faults.append(Fault(taped.where, "the row has one tree", "a row needs two"))
+    return rows
+
+
+def _begun(table: Table, first: bool) -> TapedRow:
+    """A row from the line of its first tree."""
+    distance, far = read_distances(table, first)
+    if "gap_m" in table:
+        table.fault("gap_m", "stands in a row's first line", "leave it empty there")
+    table.number("gap_m", -math.inf, math.inf, 0.0)
+    heights, ground = _tree(table)
+    start = read_start(table, first)
+    return TapedRow(table.where, distance, far, start, [], [heights], [ground])
+
+
+def _continue(table: Table, row: TapedRow) -> None:
+    """Add the tree of a line to its row."""
+    for key in ("distance_m", "far_distance_m", "start_m"):
+        if key in table:
+            table.fault(key, "stands after a row's first line", "leave it empty there")
+        table.number(key, -math.inf, math.inf, 0.0)
+    height, ground = _tree(table)
+    lists: tuple[Any, Any, Any] = (row.gaps, row.heights, row.ground)
+    if len(row.heights) == MOST_TREES:
+        table.fault("row", f"has more than {MOST_TREES} trees", "split the survey")
+    if len(row.heights) <= MOST_TREES:
+        for values, value in zip(
+            lists, (table.number("gap_m", 0.1, 200), height, ground), strict=True
+        ):
+            values.append(value)
+
+
+def _tree(table: Table) -> tuple[float, float]:
+    return table.number("tree_height_m", 0.2, 60), table.number("ground_m", -500, 500, 0.0)
+
+
+def _values(columns: list[str], cells: list[str]) -> dict[str, Any]:
+    """Cells by column, empty ones left out, numbers as numbers."""
+    values: dict[str, Any] = {}
+    for name, cell in zip(columns, cells, strict=False):
+        text = cell.strip()
+        if text:
+            try:
+                values[name] = float(text)
+            except ValueError:
+                values[name] = text
+    return values

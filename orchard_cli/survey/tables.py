@@ -1,0 +1,177 @@
+"""The tables of a survey file, whether TOML or the head of a CSV.
+
+name = "north field"         # optional: the file's name
+
+[site]                       # where the first tree of the first row stands
+latitude_deg = 23.45
+longitude_deg = 113.2
+height_m = 20.0
+height_reference = "amsl"    # or "ellipsoid"
+heading_deg = 90.0           # compass heading from the first tree along the first row (+x);
+                             # the other rows lie to the left of it
+[flight]
+height_m = 3.5
+height_above = "ground"      # or "canopy"
+speed_m_s = 1.0              # optional from here on: model/wishes.py and model/mission.py
+start_row = "first"          # have the defaults
+start_side = "near"          # near is the side of the rows' first trees
+takeoff_m = [-4.0, 0.0]
+
+[vehicle]
+endurance_s = 600
+
+[[row]]
+distance_m = 6.0             # from the row before; 0 or left out in the first row
+far_distance_m = 6.2         # the same at the row's last tree, when rows are not parallel
+start_m = 0.5                # from the origin along x to the row's first tree
+gaps_m = [3.0, 2.8, 3.1]     # between neighbouring trees
+tree_height_m = 2.3          # or a list, one a tree
+ground_m = 0.0               # above the ground at the origin; or a list, one a tree
+
+[[obstacle]]                 # what the crew knows of: poles, masts
+name = "pole"
+x_m = 19.0
+y_m = 6.0
+radius_m = 0.15
+height_m = 8.0
+
+[fence]
+points_m = [[-10, -10], [50, -10], [50, 50], [-10, 50]]
+
+[[keep_out]]
+points_m = [[5, 5], [8, 5], [8, 8]]
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import shapely
+
+from orchard_cli.errors import Fault
+from orchard_cli.model.mission import Limits
+from orchard_cli.model.site import HeightReference, KnownObstacle, SiteOrigin
+from orchard_cli.model.wishes import FlightWishes, HeightAbove, StartRow, StartSide
+
+from .reading import Table
+from .rows import TapedRow
+
+MOST_ROWS = 1_000
+MOST_TREES = 2_000  # in one row
+FARTHEST = 5_000.0  # m from the origin
+
+
+def read_site(table: Table) -> SiteOrigin:
+    """[site]."""
+    origin = SiteOrigin(
+        latitude_deg=table.number("latitude_deg", -90, 90),
+        longitude_deg=table.number("longitude_deg", -180, 180),
+        height=table.number("height_m", -500, 9_000),
+        height_reference=table.choice("height_reference", HeightReference, HeightReference.AMSL),
+        heading=math.radians(table.number("heading_deg", -360, 360)),
+    )
+    table.done()
+    return origin
+
+
+def read_wishes(flight: Table, vehicle: Table) -> FlightWishes:
+    """[flight] and [vehicle]."""
+    usual = Limits()
+    limits = Limits(
+        speed=flight.number("speed_m_s", 0.1, 10, usual.speed),
+        acceleration=flight.number("acceleration_m_s2", 0.05, 5, usual.acceleration),
+        acceleration_along=flight.number(
+            "acceleration_along_m_s2", 0.05, 5, usual.acceleration_along
+        ),
+        yaw_rate=flight.number("yaw_rate_rad_s", 0.05, 3, usual.yaw_rate),
+        climb_speed=flight.number("climb_speed_m_s", 0.1, 5, usual.climb_speed),
+        clearance=vehicle.number("clearance_m", 0.1, 10, usual.clearance),
+        airframe_radius=vehicle.number("airframe_radius_m", 0.05, 5, usual.airframe_radius),
+        endurance=vehicle.number("endurance_s", 30, 36_000, usual.endurance),
+        reserve=vehicle.number("reserve", 0.05, 0.9, usual.reserve),
+    )
+    if limits.clearance < limits.airframe_radius:
+        vehicle.fault(
+            "clearance_m",
+            f"is less than the airframe's radius of {limits.airframe_radius:g} m",
+            "it is measured from the airframe's centre",
+        )
+    wishes = {
+        "height": flight.number("height_m", 0.5, 100),
+        "height_above": flight.choice("height_above", HeightAbove, HeightAbove.GROUND),
+        "start_row": flight.choice("start_row", StartRow, StartRow.FIRST),
+        "start_side": flight.choice("start_side", StartSide, StartSide.NEAR),
+        "swath": flight.number("swath_m", 0.2, 20, 3.0),
+        "corner_cut": flight.number("corner_cut_m", 0.1, 3.0, 0.5),
+    }
+    places = {f"{name}_site": flight.point(f"{name}_m") for name in ("takeoff", "landing")}
+    flight.done()
+    vehicle.done()
+    known = {k: v if v is not None and np.isfinite(v).all() else None for k, v in places.items()}
+    return FlightWishes(**wishes, **known, limits=limits)  # type: ignore[arg-type]
+
+
+def read_rows(tables: list[Table]) -> list[TapedRow]:
+    """[[row]], in planting order."""
+    rows = []
+    for k, table in enumerate(tables):
+        gaps = table.numbers("gaps_m", 0.1, 200, MOST_TREES - 1)
+        trees = len(gaps) + 1 if gaps else 0
+        distance, far = read_distances(table, first=k == 0)
+        rows.append(
+            TapedRow(
+                where=table.where,
+                distance=distance,
+                far_distance=far,
+                start=read_start(table, first=k == 0),
+                gaps=gaps or [math.nan],
+                heights=table.one_or_many("tree_height_m", 0.2, 60, trees),
+                ground=table.one_or_many("ground_m", -500, 500, trees, default=0.0),
+            )
+        )
+        table.done()
+    return rows
+
+
+def read_distances(table: Table, first: bool) -> tuple[float, float]:
+    """distance_m and far_distance_m; the first row has none."""
+    if first:
+        return table.number("distance_m", 0, 0, 0.0), table.number("far_distance_m", 0, 0, 0.0)
+    distance = table.number("distance_m", 0, 200, above_low=True)
+    return distance, table.number("far_distance_m", 0, 200, distance, above_low=True)
+
+
+def read_start(table: Table, first: bool) -> float:
+    """start_m; the first row starts at the origin."""
+    reach = 0.0 if first else FARTHEST
+    return table.number("start_m", -reach, reach, 0.0)
+
+
+def read_obstacles(tables: list[Table]) -> list[KnownObstacle]:
+    """[[obstacle]]: height_m above its ground_m, which is 0 where it is left out."""
+    found = []
+    for table in tables:
+        at = [table.number(key, -FARTHEST, FARTHEST) for key in ("x_m", "y_m")]
+        radius = table.number("radius_m", 0, 20, above_low=True)
+        top = table.number("height_m", 0, 200, above_low=True) + table.number(
+            "ground_m", -500, 500, 0.0
+        )
+        name = table.text("name", "pole")
+        table.done()
+        if np.isfinite([*at, radius, top]).all():
+            found.append(KnownObstacle(np.array(at), radius, top, name))
+    return found
+
+
+def read_ring(table: Table) -> np.ndarray:
+    """The corners (n, 2) m of [fence] or a [[keep_out]]; empty when they are wrong."""
+    ring = np.array(table.points("points_m")).reshape(-1, 2)
+    table.done()
+    if not len(ring) or not np.isfinite(ring).all():
+        return np.empty((0, 2))
+    if not shapely.Polygon(ring).is_valid:
+        table.faults.append(
+            Fault(f"{table.where}: points_m", "the outline crosses itself", "order its corners")
+        )
+    return ring
