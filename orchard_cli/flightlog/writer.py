@@ -7,7 +7,7 @@ import math
 import queue
 import threading
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import foxglove
@@ -96,25 +96,27 @@ class McapRecorder:
                 self._dropped["the disk hangs: the end"] += 1
 
     def _run(self) -> None:
-        while (record := self._next()) is not None:
-            try:
-                self._writing.take(record)
-                self._writing.tell(self.losses)
-            except Exception as error:  # a log must not end a flight: count, go on
-                self._failed[f"{type(record).__name__}: {error}"] += 1
-        try:
-            self._writing.finish(self.losses)
-        except Exception as error:
-            self._failed[f"the end: {error}"] += 1
+        while self._step():
+            pass
+        self._attempt("the end", lambda: self._writing.finish(self.losses))
 
-    def _next(self) -> Record | None:
-        """The next record; a pause in the flight ends the chunk, so that a kill loses nothing."""
-        while not self._patient:
-            try:
-                return self._queue.get(timeout=CHUNK_SECONDS)
-            except queue.Empty:
-                self._writing.commit()
-        return self._queue.get()
+    def _step(self) -> bool:
+        """Log one record; False at the end. A pause in the flight ends the chunk."""
+        try:
+            record = self._queue.get(timeout=None if self._patient else CHUNK_SECONDS)
+        except queue.Empty:
+            self._attempt("a chunk", self._writing.commit)
+            return True
+        if record is not None:
+            self._attempt(type(record).__name__, lambda: self._writing.take(record))
+            self._attempt("this sentence", lambda: self._writing.tell(self.losses))
+        return record is not None
+
+    def _attempt(self, what: str, act: Callable[[], None]) -> None:
+        try:
+            act()
+        except Exception as error:  # a log must not end a flight: count, go on
+            self._failed[f"{what}: {error}"] += 1
 
 
 class _Writing:
@@ -140,6 +142,8 @@ class _Writing:
             return
         if self._scribe is None:
             raise ValueError("came before the run's header")
+        if self._sink.ended:
+            raise OSError("the disk stayed full")
         if self._sink.failure and isinstance(record, DepthFrame | OccupiedCells):
             raise OSError(self._sink.failure)
         self._scribe.write(record)

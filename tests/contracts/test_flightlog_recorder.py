@@ -205,6 +205,17 @@ def test_a_disk_that_stays_full_ends_the_log_in_bounded_memory(tmp_path, monkeyp
     assert len(sink._pending) <= PENDING_LIMIT + 2**20
 
 
+def test_what_comes_after_the_log_has_ended_is_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr("orchard_cli.flightlog.sink.PENDING_LIMIT", 1000)
+
+    def full(file, data):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "write", full)
+    recorder = record(tmp_path / "ended.mcap", made.flight(made.mission(1)))
+    assert recorder.losses["VehicleState: the disk stayed full"] > 400
+
+
 def test_images_are_given_up_first_and_the_log_says_so(tmp_path, monkeypatch):
     path = tmp_path / "failing.mcap"
     refuse = iter([False, True, True, True] + [False] * 1000)
