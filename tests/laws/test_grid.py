@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from orchard_cli.mapping import GridSettings, OccupancyGrid, _kernels, distance_field
 from orchard_cli.mapping.settings import RESOLUTION
-from orchard_cli.model.depth import FORWARD, DepthCamera, DepthFrame
+from orchard_cli.model.depth import FORWARD, DepthCamera, DepthFrame, d455
 from orchard_cli.model.vehicle import Pose
 
 SMALL = DepthCamera(64, 48, 40.0, 40.0, 31.5, 23.5, 0.6, 6.0, FORWARD, np.array([0.1, 0.02, -0.05]))
@@ -89,12 +89,33 @@ def test_returns_nearer_than_the_range_say_nothing():
     assert (report.returns, report.hit_cells, report.free_cells) == (0, 0, 0)
 
 
-def test_returns_beyond_the_range_carve_up_to_it_and_hit_nothing():
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.4])
+def test_returns_beyond_the_range_carve_up_to_it_and_hit_nothing(yaw):
     grid = OccupancyGrid()
-    report = look(grid, wall(9.0), pose())
+    at = pose(yaw=yaw)
+    report = look(grid, wall(9.0), at)
     assert report.hit_cells == 0
-    assert grid.is_observed(np.array([[5.9, 0.0, 0.0]]))[0]
-    assert not grid.is_observed(np.array([[6.4, 0.0, 0.0]]))[0]
+    assert grid.is_observed(seen_at(at, 32, 24, 5.8)[None])[0]
+    assert not grid.is_observed(seen_at(at, 32, 24, 6.2)[None])[0]
+
+
+def test_a_few_returns_among_holes_carve_nothing():
+    depth = np.zeros((48, 64), dtype=np.uint16)
+    depth[::4, ::2] = 5000  # two of the sixteen pixels of each block
+    assert look(OccupancyGrid(), DepthFrame(0.0, depth, SMALL), pose()).free_cells == 0
+    depth[::2] = 5000  # eight
+    assert look(OccupancyGrid(), DepthFrame(0.0, depth, SMALL), pose()).free_cells > 1000
+
+
+def test_a_cell_that_is_hit_is_not_missed_by_the_same_frame():
+    """A thin thing at a cell's side, the far wall in sight through the cell's middle."""
+    camera, at = d455(), pose()
+    depth = np.full((480, 848), 5000, dtype=np.uint16)
+    depth[232:236, 440:443] = 1500  # a cell is 30 px wide there
+    grid = OccupancyGrid()
+    grid.insert(DepthFrame(0.0, depth, camera), at)
+    here = seen_at(at, 441, 234, 1.5, camera)[None]
+    assert grid.probability(here)[0] == pytest.approx(grid.settings.p_hit, abs=1e-3)
 
 
 def test_a_lone_pixel_in_the_air_is_no_obstacle():

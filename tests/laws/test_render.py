@@ -21,7 +21,7 @@ CAMERA = DepthCamera(
 CROWD = World(
     "one of each",
     trees=(Tree(3.0, 0.0), Tree(6.0, 2.5, height=3.5, canopy_height=1.5, trunk_radius=0.2)),
-    poles=(Pole(4.0, -2.0, 0.15, 3.0), Pole(1.0, 2.0, 0.4, 1.5)),
+    poles=(Pole(4.0, -2.0, 0.15, 3.0), Pole(1.0, 2.0, 0.4, 1.5), Pole(2.5, -3.5, 0.4, 0.7, 2.0)),
     wires=(Wire(np.array([0.0, -4, 3]), np.array([6.0, 4, 4]), 0.5, 0.06),),
     boxes=(Box(np.array([5.0, -1.0, 2.0]), np.array([1.0, 2, 1.5]), 0.7),),
     people=(Person(np.array([2.0, -1]), np.array([2.0, -3]), 1.0),),
@@ -106,6 +106,14 @@ def test_a_raised_nose_sees_less_ground_and_the_sky_returns_nothing():
     assert returns[0] < returns[1] < returns[2]
     level = scene.render(CAMERA, np.array([0.0, 0, 2]), LEVEL, 0.0, 0)
     assert not level[:16].any()
+
+
+def test_a_level_ray_never_meets_the_ground():
+    camera = DepthCamera(9, 9, 8.0, 8.0, 4.0, 4.0, 0.6, 6.0, FORWARD, np.zeros(3))
+    scene = Scene(World("plain", poles=(Pole(30.0, 0.0, 0.2, 9.0),)))
+    depth = scene.depth(camera, np.array([0.0, 0.0, 2.0]), LEVEL, 0.0)
+    assert np.isinf(depth[:5, :4]).all()
+    np.testing.assert_allclose(depth[5:, 0], 2.0 * 8.0 / np.arange(1, 5))
 
 
 def test_the_ground_follows_the_feet_of_the_trees():

@@ -41,8 +41,7 @@ def draw_ground(columns, rows, plane, depth):
         for u in range(depth.shape[1]):
             x, y, z = columns[0, u] + bx, columns[1, u] + by, columns[2, u] + bz
             falling = plane[0] * x + plane[1] * y - z
-            t = -plane[2] / falling
-            depth[v, u] = t if falling > 0 else np.inf
+            depth[v, u] = max(-plane[2] / falling, NEAR) if falling > 0 else np.inf
 
 
 @njit(cache=True, nogil=True)
@@ -82,7 +81,7 @@ def draw_spheroids(columns, rows, windows, solids, origin, depth):
 
 @njit(cache=True, nogil=True)
 def draw_cylinders(columns, rows, windows, solids, origin, depth):
-    """Trunks and poles: upright, with a flat top."""
+    """Trunks and poles: upright, with flat ends."""
     for n in range(solids.shape[0]):
         ox, oy, radius = solids[n, 0] - origin[0], solids[n, 1] - origin[1], solids[n, 4]
         bottom, top = solids[n, 2] - origin[2], solids[n, 3] - origin[2]
@@ -98,12 +97,12 @@ def draw_cylinders(columns, rows, windows, solids, origin, depth):
                     continue
                 t = (b - np.sqrt(h)) / a
                 height = t * z
-                if height > top and z < 0.0:  # over the rim: perhaps onto the top
-                    t = top / z
+                if height < bottom or height > top:  # past the rim: perhaps onto an end
+                    if z == 0.0:
+                        continue
+                    t = (top if height > top else bottom) / z
                     if (t * x - ox) ** 2 + (t * y - oy) ** 2 > radius * radius:
                         continue
-                elif height > top or height < bottom:
-                    continue
                 if NEAR < t < depth[v, u]:
                     depth[v, u] = t
 
