@@ -45,7 +45,7 @@ def compare(lines: Sequence[Points], flown: Sequence[Points], swath: float) -> C
     strips = [_strip(shapely.LineString(line), swath) for line in flown]
     treated = shapely.union_all(strips) if strips else shapely.Polygon()
     missed = [part.length for line in plans for part in _parts(line.difference(treated))]
-    twice = sum(strip.area for strip in strips) - treated.area
+    twice = max(0.0, sum(strip.area for strip in strips) - treated.area)
     return Coverage(
         percent=100.0 * ideal.intersection(treated).area / ideal.area,
         overlap_percent=100.0 * twice / treated.area if treated.area > 0 else 0.0,

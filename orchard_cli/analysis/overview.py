@@ -168,7 +168,7 @@ def _finish_curves(curves: Sequence[Axes], mission: Mission) -> None:
         axes.set_ylim(min(low, middle - 0.5), max(high, middle + 0.5))
     curves[0].axhline(mission.flight_height_site, color=_GREY, linestyle=(0, (5, 3)), linewidth=1)
     if curves[0].get_legend_handles_labels()[0]:
-        curves[0].legend(loc="upper right", fontsize=8, frameon=False)
+        curves[0].legend(loc="lower center", fontsize=8, frameon=False)
     for limit in (-mission.limits.yaw_rate, mission.limits.yaw_rate):
         curves[-1].axhline(limit, color=_GREY, linestyle=":", linewidth=1)
     curves[-1].set_xlabel("time since the first waypoint (s)")
