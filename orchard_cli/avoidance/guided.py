@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orchard_cli.mapping import Band, DistanceField, distance_field
-from orchard_cli.model.arrays import Array, Points
+from orchard_cli.model.arrays import Points
 from orchard_cli.model.trajectory import DEGREE, Trajectory
 from orchard_cli.motion.braking import brake_within
-from orchard_cli.motion.checks import inspect
+from orchard_cli.motion.checks import Inspection, inspect
 from orchard_cli.motion.detour import Detour, Manner, NoDetour, Task, find_detour
+from orchard_cli.motion.rejoin import WIDEST, choose_rejoin, path_lengths
 from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
 from orchard_cli.motion.splice import (
     Head,
@@ -26,10 +27,7 @@ from orchard_cli.motion.stopwatch import Stopwatch
 
 Flags = NDArray[np.bool_]
 _SPARE = 0.03  # m: between two knots the reference may be nearer than at both
-WIDEST = 0.0  # as a lead: rejoin in the middle of the longest free stretch
-_APPROACH = 1.5  # m of reference that a slow detour runs along before it rejoins, to speed up
-_LEAST_ROOM = 0.3  # m of free reference on both sides of such a rejoin point
-_FROM_END = 1.0  # m that are enough behind an obstacle to come to rest at the reference's end
+_SLOW = 0.7  # share of cruise under which a detour runs along the route to speed up again
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +58,7 @@ class GuidedSettings:
     reach: float = 1.8  # m up to which distances are known
     window: float = 13.0  # m of reference in which a rejoin point is looked for
     ahead: float = 1.5  # m of free reference behind the rejoin point
+    furthest: float = 5.0  # m beside the route: a longer way round is the pilot's to choose
     gentle: float = 0.6  # share of the acceleration limit for early braking
     stop_short: float = 0.2  # m before the first place that is too near
     attempts: tuple[Attempt, ...] = (
@@ -98,7 +97,8 @@ class _View:
 class Guided:
     """Keeps the reference until it is blocked; then A*, two optimisations and a check.
 
-    Remembers how far along the reference it is, for when it was stopped beside it.
+    Remembers how far along the reference it is, for when it was stopped beside it, and what it
+    has tried.
     """
 
     name = "guided"
@@ -106,26 +106,34 @@ class Guided:
     def __init__(self, settings: GuidedSettings | None = None) -> None:
         self._settings = settings or GuidedSettings()
         self._progress = 0
+        self._turn = 0  # the attempt whose turn it is when there is time
+        self._guide: Points | None = None  # a way round that was turned down
 
     def plan(self, situation: Situation) -> Verdict:
         """Keep the active trajectory, go round what blocks it, or stop before it."""
-        watch = Stopwatch()
+        watch, s, active = Stopwatch(), self._settings, situation.active
         with watch.stage("distance_field"):
             view = self._look(situation)
-        active, s = situation.active, self._settings
+        until = situation.now + s.look_ahead / situation.limits.speed
         with watch.stage("check"):
-            until = situation.now + s.look_ahead / situation.limits.speed
-            seen = inspect(active, view.field, situation.now, until, view.floor + s.close)
-        if seen.blocked_at is None and not view.stopped:
-            return Keep(stages_ms=watch.stages_ms)
+            close = inspect(active, view.field, situation.now, until, view.floor + s.close)
+            if close.blocked_at is None and not view.stopped:
+                self._turn, self._guide = 0, None
+                return Keep(stages_ms=watch.stages_ms)
+            blocked = inspect(active, view.field, situation.now, until, view.floor)
         with watch.stage("replan"):
-            found = self._round(view, seen.blocked_time, seen.blocked_at or 0.0, watch)
-            verdict = found if isinstance(found, Avoid) else self._stop(view, found.why)
+            found = self._round(view, close, blocked.blocked_at is not None, watch)
+            if isinstance(found, Avoid):
+                verdict: Verdict = found
+            elif blocked.blocked_at is not None:
+                verdict = self._stop(view, blocked.blocked_at, until, found.why)
+            else:
+                verdict = Keep(f"{'stopped' if view.stopped else 'close'}: {found.why}")
         return replace(verdict, stages_ms=watch.stages_ms)
 
     def _look(self, situation: Situation) -> _View:
         s, reference = self._settings, situation.reference
-        head = head_at(situation.active, situation.commit)
+        head = head_at(situation.active, situation.commit, reference.interval)
         tail = shared_tail(situation.active, reference)
         here = knots_of(head.control_points_site[-DEGREE:])[0]
         if tail < DEGREE:
@@ -135,7 +143,7 @@ class Guided:
             first = counterpart(situation.active, reference, tail, knot, here)
             self._progress = first
         rejoins = knots_of(reference.control_points_site[first : first + 100])
-        rejoins = rejoins[: int(np.searchsorted(_lengths(rejoins), s.window)) + 1]
+        rejoins = rejoins[: int(np.searchsorted(path_lengths(rejoins), s.window)) + 1]
         corners = np.vstack([here, rejoins])
         low, high = corners.min(axis=0), corners.max(axis=0)
         band = situation.grid.band(
@@ -146,94 +154,85 @@ class Guided:
         return _View(situation, head, tail, first, rejoins, band, field, floor)
 
     def _round(
-        self, view: _View, blocked_time: float, blocked_at: float, watch: Stopwatch
+        self, view: _View, close: Inspection, urgent: bool, watch: Stopwatch
     ) -> Avoid | NoDetour:
-        """Try the attempts in turn; the first trajectory that passes its check is taken."""
-        s = self._settings
-        task = self._task(view, blocked_time)
-        manner = Manner(view.floor + s.accept, view.floor + s.aim, s.ahead)
-        result = NoDetour("")
-        guide: Points | None = None
-        for attempt in s.attempts:
-            rejoin, room = self._rejoin(view, task, attempt.lead)
-            if rejoin is None:
-                result = NoDetour("the way ahead is not free again within the local map")
+        """Try the attempts; the first trajectory that passes its check is taken.
+
+        All at once when the way is blocked; one in each call while the vehicle stands or passes
+        only a little too close, when there is time.
+        """
+        s, limits = self._settings, view.situation.limits
+        if abs(view.head.interval - view.situation.reference.interval) > 1e-9:
+            return NoDetour("what is flown now is no part of the route")
+        turn = self._turn % len(s.attempts)
+        self._turn = 0 if urgent else turn + 1
+        free = view.field.at(view.rejoins[:, :2]) >= view.floor + s.accept + _SPARE
+        task = self._task(view, close, free)
+        manner = Manner(view.floor + s.accept, view.floor + s.aim, s.ahead, s.furthest)
+        last = view.first + len(view.rejoins) == len(task.reference.control_points_site) - 2
+        result = NoDetour("no other way was tried yet")
+        for attempt in s.attempts if urgent else s.attempts[turn : turn + 1]:
+            place = choose_rejoin(view.rejoins, free, task.conflict, attempt.lead, s.ahead, last)
+            if place is None:
+                result = NoDetour("the route is not free again within the local map")
                 continue
-            if attempt.other_side and guide is None:
+            if attempt.other_side and self._guide is None:
                 continue
+            slow = attempt.cruise < _SLOW
             tried = replace(
                 manner,
                 cruise=attempt.cruise,
                 accept=view.floor if attempt.tight else manner.accept,
-                approach=min(_APPROACH, room) if attempt.cruise < 0.7 else 0.0,
+                approach=min(place.room, limits.speed**2 / limits.acceleration) if slow else 0.0,
             )
-            found = find_detour(task, rejoin, tried, watch, guide if attempt.other_side else None)
+            found = find_detour(
+                task, view.first + place.knot, tried, watch,
+                self._guide if attempt.other_side else None,
+            )  # fmt: skip
             if isinstance(found, Detour):
-                height = np.full(len(found.guide_site), view.rejoins[0, 2])
-                return Avoid(
-                    found.trajectory, view.head.begin, found.rejoin,
-                    "resuming" if view.stopped else f"blocked in {blocked_at:.1f} m",
-                    blocked_at, np.column_stack([found.guide_site, height]),
-                )  # fmt: skip
+                return _avoid(view, found, close.blocked_at)
             result = found
-            if guide is None and len(found.guide_site):
-                guide = found.guide_site
+            if not attempt.other_side and len(found.guide_site):
+                self._guide = found.guide_site
         return result
 
-    def _task(self, view: _View, blocked_time: float) -> Task:
-        situation = view.situation
-        at = situation.active.at(min(blocked_time, situation.active.end)).position_site
+    def _task(self, view: _View, close: Inspection, free: Flags) -> Task:
+        """Where the way is blocked: on the active trajectory, or on the route while stopped."""
+        active = view.situation.active
+        conflict = active.at(min(close.blocked_time, active.end)).position_site
+        flown = active.control_points_site[len(view.head.control_points_site) - 1 :][:40]
         if view.stopped:
-            blocked = np.flatnonzero(~self._free(view))
-            at = view.rejoins[blocked[0] if len(blocked) else 0]
-        points = situation.active.control_points_site
-        flown = points[len(view.head.control_points_site) - 1 :][:40]
-        near = view.rejoins if view.stopped or len(flown) == 0 else flown
+            conflict, flown = view.rejoins[int(np.argmin(free))], view.rejoins
         return Task(
-            view.head, situation.reference, view.first, near, at[:2], view.field, situation.limits
+            view.head, view.situation.reference, view.first, flown, conflict[:2], view.field,
+            view.situation.limits,
         )  # fmt: skip
 
-    def _free(self, view: _View) -> Flags:
-        """Which of the rejoin points are free, with a little to spare between them."""
-        return view.field.at(view.rejoins[:, :2]) >= view.floor + self._settings.accept + _SPARE
-
-    def _rejoin(self, view: _View, task: Task, lead: float) -> tuple[int | None, float]:
-        """The first knot of the reference that is `lead` m behind the obstacle, and free ahead.
-
-        With it, the free length before it, m.
-        """
-        s = _lengths(view.rejoins)
-        beside = int(np.argmin(np.linalg.norm(view.rejoins[:, :2] - task.conflict, axis=1)))
-        free = self._free(view)
-        behind = s - np.maximum.accumulate(np.where(free, s[beside], s))
-        ahead = np.minimum.accumulate(np.where(free, np.inf, s)[::-1])[::-1] - s
-        if lead == WIDEST:
-            room = np.minimum(behind, ahead)
-            good = (room == room.max()) & (room > _LEAST_ROOM)
-        else:
-            good = (behind >= lead) & (ahead >= self._settings.ahead)
-            last = len(s) - 1
-            if view.first + last == len(task.reference.control_points_site) - DEGREE:
-                good[last] |= behind[last] >= min(lead, _FROM_END)
-        found = np.flatnonzero(good)
-        return (view.first + int(found[0]), float(behind[found[0]])) if len(found) else (None, 0.0)
-
-    def _stop(self, view: _View, why: str) -> Keep | Stop:
+    def _stop(self, view: _View, blocked_at: float, until: float, why: str) -> Stop:
         """Brake before what blocks the way, as late as that is gentle, within what was seen."""
         situation, s = view.situation, self._settings
-        active, limits = situation.active, situation.limits
-        until = situation.now + s.look_ahead / limits.speed
-        seen = inspect(active, view.field, situation.now, until, view.floor)
-        if seen.blocked_at is None:
-            return Keep(f"stopped: {why}" if view.stopped else f"close, but {why}")
+        active, most = situation.active, situation.limits.acceleration
         left = inspect(active, view.field, situation.commit, until, view.floor)
-        room = 0.0 if left.blocked_at is None else left.blocked_at - s.stop_short
-        room = min(room, _observed(active, view.band, situation.commit, until))
-        most = limits.acceleration
+        room = min(
+            0.0 if left.blocked_at is None else left.blocked_at - s.stop_short,
+            _observed(active, view.band, situation.commit, until),
+        )
         brake = brake_within(active, situation.commit, max(room, 0.0), s.gentle * most, most)
         if not brake.fits:
-            why = f"{why}; full braking does not end before it"
-        return Stop(brake.trajectory, why, seen.blocked_at)
+            why = f"{why}; full braking does not end {s.stop_short} m before it"
+        return Stop(brake.trajectory, why, blocked_at)
+
+
+def _avoid(view: _View, detour: Detour, blocked_at: float | None) -> Avoid:
+    height = np.full(len(detour.guide_site), view.rejoins[0, 2])
+    return Avoid(
+        detour.trajectory,
+        begin=view.head.begin,
+        rejoin=detour.rejoin,
+        why="resuming" if view.stopped else f"blocked in {blocked_at:.1f} m",
+        blocked_at=blocked_at or 0.0,
+        guide_site=np.column_stack([detour.guide_site, height]),
+    )
 
 
 def _observed(active: Trajectory, band: Band, begin: float, end: float) -> float:
@@ -245,10 +244,4 @@ def _observed(active: Trajectory, band: Band, begin: float, end: float) -> float
     cells = np.floor((places[:, :2] - band.origin_site) / band.cell).astype(np.int64)
     cells = np.clip(cells, 0, np.array(band.observed.shape) - 1)
     unseen = np.flatnonzero(~band.observed[cells[:, 0], cells[:, 1]])
-    return float(_lengths(places)[unseen[0]]) if len(unseen) else np.inf
-
-
-def _lengths(points: Points) -> Array:
-    """Horizontal path length from the first of the points to each (n,), m."""
-    steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    return float(path_lengths(places)[unseen[0]]) if len(unseen) else np.inf

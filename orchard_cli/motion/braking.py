@@ -74,6 +74,8 @@ def _brake_at(trajectory: Trajectory, knot: int, deceleration: float) -> Traject
     """Brake from a knot on; None when the trajectory comes to rest sooner by itself."""
     control = trajectory.control_points_site
     way = control[knot + 2 :]
+    if len(way) < 2:
+        return None
     lengths = _lengths(way)
     steps = np.diff(lengths, append=lengths[-1])
     most = deceleration * trajectory.interval**2  # m, by which two steps may differ

@@ -29,11 +29,11 @@ class Manner:
     accept: float  # m, floor of the checked result
     aim: float  # m, d_thr of eq. 20
     ahead: float = 1.5  # m of reference after the rejoin point that are checked too
+    furthest: float = 5.0  # m to the side of the reference, at most
     cruise: float = 1.0  # share of the reference's speed
     approach: float = 0.0  # m of the reference before the rejoin point that the guide runs along
     stray: float = 0.05  # per m: how much dearer a way is beside the path being flown
     pacing: float = 0.6  # share of the acceleration limit, between speeds
-    tolerance: float = 1.03  # on speed, acceleration and turning, when the result is checked
     warm_up: Weights = field(default=WARM_UP)
     refine: Weights = field(default=REFINE)
 
@@ -95,7 +95,7 @@ def find_detour(
         cruise = max(float(np.linalg.norm(tail[1] - tail[0])) / trajectory.interval, 0.1)
         until = back + manner.ahead / cruise
         found = inspect(trajectory, task.field, task.head.begin, until, manner.accept)
-    why = _fault(found, task.limits, manner)
+    why = _fault(found, task.limits) or _strays(task, free, rejoin, manner.furthest)
     if why:
         return NoDetour(why, guide)
     return Detour(trajectory, back, guide, found)
@@ -123,7 +123,7 @@ def _optimised(task: Task, guide: Points, rejoin: int, manner: Manner) -> Points
         guide, replaced, interval, speeds, manner.cruise, manner.pacing * limits.acceleration
     )
     start = np.concatenate([head[-DEGREE:-1, :2], paced, tail[1:DEGREE, :2]])
-    targets = Targets(interval, limits.speed, 0.95 * limits.acceleration, manner.aim)
+    targets = Targets(interval, 0.99 * limits.speed, 0.95 * limits.acceleration, manner.aim)
     warm = optimise(start, start, task.field, manner.warm_up, targets, iterations=30)
     fine = optimise(warm, start, task.field, manner.refine, targets)[DEGREE:-DEGREE]
     share = np.linspace(0.0, 1.0, len(fine) + 2)[1:-1]
@@ -132,18 +132,25 @@ def _optimised(task: Task, guide: Points, rejoin: int, manner: Manner) -> Points
     return np.column_stack([fine, heights])
 
 
-def _fault(found: Inspection, limits: Limits, manner: Manner) -> str:
+def _fault(found: Inspection, limits: Limits) -> str:
     """What is wrong with a trajectory; empty when nothing is."""
     if found.blocked_at is not None:
         return f"comes within {found.clearance:.2f} m of an obstacle"
-    for what, is_, may, unit in (
-        ("speed", found.speed, limits.speed, "m/s"),
-        ("acceleration", found.acceleration, limits.acceleration, "m/s²"),
-        ("turning", found.turning, limits.yaw_rate, "rad/s"),
+    for what, is_, may, unit, tolerance in (
+        ("speed", found.speed, limits.speed, "m/s", 1.03),
+        ("acceleration", found.acceleration, limits.acceleration, "m/s²", 1.01),
+        ("turning", found.turning, limits.yaw_rate, "rad/s", 1.03),
     ):
-        if is_ > may * manner.tolerance:
+        if is_ > may * tolerance:
             return f"{what} {is_:.2f} over {may:.2f} {unit}"
     return ""
+
+
+def _strays(task: Task, free: Points, rejoin: int, furthest: float) -> str:
+    """Whether a detour leaves the reference by too far; empty when not."""
+    replaced = task.reference.control_points_site[task.first : rejoin + 1, :2]
+    apart = np.linalg.norm(free[:, None, :2] - replaced[None], axis=2).min(axis=1).max()
+    return f"leads {apart:.1f} m away from the route" if apart > furthest else ""
 
 
 def _wall(conflict: Vector, guide: Points) -> Wall | None:

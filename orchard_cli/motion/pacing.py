@@ -42,8 +42,17 @@ def pace(
     steps = 2 * np.diff(s) / (speed[1:] + speed[:-1])
     times = np.concatenate([[0.0], np.cumsum(steps)])
     n = max(int(np.ceil(times[-1] / interval - 0.05)), 2)
-    at = np.interp(np.linspace(0.0, times[-1], n + 1), times, s)
+    at = _where(np.linspace(0.0, times[-1], n + 1), times, s, speed)
     return np.column_stack([np.interp(at, lengths, guide[:, c]) for c in range(2)])
+
+
+def _where(at: Array, times: Array, s: Array, speed: Array) -> Array:
+    """Path length at the times `at`, the acceleration constant between stations."""
+    i = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
+    since, lasts = at - times[i], np.diff(times)[i]
+    change = np.diff(speed)[i] / lasts
+    along: Array = s[i] + since * (speed[i] + change * since / 2)
+    return along
 
 
 def _lengths(points: Points) -> Array:

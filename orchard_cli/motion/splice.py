@@ -15,6 +15,8 @@ from orchard_cli.model.trajectory import DEGREE, Trajectory
 
 from .braking import first_knot
 
+_CUT = 8  # knots by which a detour may be shorter than what it replaces, when it cuts a corner
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
@@ -30,14 +32,15 @@ class Head:
         return self.start + (len(self.control_points_site) - DEGREE) * self.interval
 
 
-def head_at(active: Trajectory, commit: float) -> Head:
+def head_at(active: Trajectory, commit: float, interval: float) -> Head:
     """The active trajectory up to its first knot at or after `commit`.
 
-    Past its end it stands still: the head then begins at `commit`, at rest at the end point.
+    Past its end it stands still: the head then begins at `commit`, at rest at the end point, with
+    knots `interval` seconds apart.
     """
     if commit >= active.end:
         rest = np.repeat(active.control_points_site[-1:], DEGREE, axis=0)
-        return Head(commit, active.interval, rest)
+        return Head(commit, interval, rest)
     knot = first_knot(active, commit)
     return Head(active.start, active.interval, active.control_points_site[: knot + DEGREE])
 
@@ -52,7 +55,12 @@ def shared_tail(active: Trajectory, reference: Trajectory) -> int:
 
 
 def splice(head: Head, free: Points, reference: Trajectory, rejoin: int) -> Trajectory:
-    """Head, then the free control points (f, 3), then the reference from its knot `rejoin` on."""
+    """Head, then the free control points (f, 3), then the reference from its knot `rejoin` on.
+
+    Raises ValueError when the two have different intervals: their curves would not be kept.
+    """
+    if abs(head.interval - reference.interval) > 1e-9:
+        raise ValueError("head and reference have different knot intervals")
     tail = reference.control_points_site[rejoin:]
     control = np.concatenate([head.control_points_site, free, tail])
     return Trajectory(head.start, head.interval, control)
@@ -79,10 +87,10 @@ def counterpart(
     """The reference's knot that belongs to a knot of the active one, at `point` (3,).
 
     Where both are the same (the last `tail` points) it is known exactly; inside a detour it is
-    the nearest one. A detour only delays, so no knot lies before the one counted from the end.
+    the nearest one between where it would be without this detour's delay, and the rejoin point.
     """
     delay = len(active.control_points_site) - len(reference.control_points_site)
     first_shared = len(active.control_points_site) - tail
     if knot >= first_shared:
         return knot - delay
-    return nearest_knot(reference, point, knot - delay - 2, first_shared - delay)
+    return nearest_knot(reference, point, knot - max(delay, 0) - _CUT, first_shared - delay)

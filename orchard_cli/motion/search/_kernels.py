@@ -93,7 +93,7 @@ def find_path(values, limit, walls, start, goal, near, stray, path):
                 ):
                     continue
                 if factor[there] == 0:
-                    factor[there] = 1 + stray * _strayed(a, b, near)
+                    factor[there] = 1 + (stray * _strayed(a, b, near) if stray > 0 else 0.0)
                 g = cost[here] + (_DIAGONAL if diagonal else 1.0) * factor[there]
                 if g < cost[there]:
                     cost[there], parents[there] = g, here

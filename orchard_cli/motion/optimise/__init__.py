@@ -8,9 +8,9 @@ import numpy as np
 
 from orchard_cli.mapping import DistanceField
 from orchard_cli.model.arrays import Array, Points
+from orchard_cli.motion.checks import frame_of
 
 from . import _kernels
-from .checks import frame_of
 
 
 @dataclass(frozen=True, slots=True)

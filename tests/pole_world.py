@@ -1,0 +1,142 @@
+"""A stand-in for the map: upright poles that a perfect camera discovers, and a perfect flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchard_cli.mapping import Band
+from orchard_cli.model.mission import Limits
+from orchard_cli.model.trajectory import Trajectory
+from orchard_cli.model.vehicle import FlightMode, Landed, VehicleState
+from orchard_cli.motion.situation import Avoid, Keep, Situation, Verdict
+
+CELL = 0.1
+SIZE = 800
+LOWER = -25.0  # m
+
+
+class PoleMap:
+    """Has the one method of OccupancyGrid that avoidance asks for."""
+
+    def __init__(self, poles, known=False):
+        self.poles = np.asarray(poles, dtype=float).reshape(-1, 3)
+        self.occupied = np.zeros((SIZE, SIZE), dtype=bool)
+        if known:
+            for pole in self.poles:
+                self._mark(self._rim(pole))
+
+    def look(self, position, yaw, reach=5.7):
+        """Mark what a level camera of 87 degrees sees of the poles, front sides only."""
+        ahead = np.array([np.cos(yaw), np.sin(yaw)])
+        for pole in self.poles:
+            rim = self._rim(pole)
+            rays = rim - position
+            depth, side = rays @ ahead, rays @ np.array([-ahead[1], ahead[0]])
+            seen = (depth > 0.6) & (depth < reach) & (np.abs(side) < depth * np.tan(0.7592))
+            self._mark(rim[seen & (((rim - pole[:2]) * rays).sum(axis=1) < 0)])
+
+    def band(self, centre_site, half_size, z_low, z_high):
+        n = 2 * round(half_size / CELL)
+        corner = np.round(np.asarray(centre_site)[:2] / CELL).astype(int) - n // 2
+        i, j = corner - round(LOWER / CELL)
+        occupied = self.occupied[i : i + n, j : j + n]
+        return Band(corner * CELL, CELL, occupied, np.ones_like(occupied), z_low, z_high)
+
+    def _rim(self, pole):
+        angles = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+        return pole[:2] + pole[2] * np.column_stack([np.cos(angles), np.sin(angles)])
+
+    def _mark(self, points):
+        i, j = np.floor((points - LOWER) / CELL).astype(int).T
+        self.occupied[i, j] = True
+
+
+def straight_route(length=40.0, heading=0.0, speed=1.0, interval=0.5, height=3.5):
+    """A straight line from rest to rest, 0.4 m/s² at its ends."""
+    steps, v = [0.0, 0.0], 0.0
+    while v < speed - 1e-9:
+        v = min(speed, v + 0.4 * interval)
+        steps.append(v * interval)
+    cruise = int((length - 2 * sum(steps)) / (speed * interval))
+    steps = steps + [speed * interval] * cruise + steps[::-1]
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    return Trajectory(
+        0.0, interval,
+        np.column_stack([along * np.cos(heading), along * np.sin(heading), 0 * along + height]),
+    )  # fmt: skip
+
+
+def situation(now, commit, active, reference, grid, limits=None):
+    here = active.at(now)
+    vehicle = VehicleState(
+        now, here.position_site, here.velocity_site, np.array([1.0, 0, 0, 0]), np.zeros(3),
+        True, FlightMode.OFFBOARD, Landed.IN_AIR, now, 1.0, 16.0, True,
+    )  # fmt: skip
+    return Situation(
+        now=now, commit=commit, vehicle=vehicle, active=active, reference=reference, grid=grid,
+        frame=None, limits=limits or Limits(),
+    )  # fmt: skip
+
+
+@dataclass
+class Flight:
+    positions: np.ndarray  # (n, 3)
+    speeds: np.ndarray  # (n,)
+    accelerations: np.ndarray  # (n,)
+    verdicts: list[tuple[float, Verdict]]  # all but the plain keeps
+    last: Trajectory
+
+    def clearance(self, poles):
+        return min(
+            float((np.hypot(*(self.positions[:, :2] - p[:2]).T) - p[2]).min())
+            for p in np.asarray(poles, dtype=float).reshape(-1, 3)
+        )
+
+    def kinds(self):
+        return [type(v).__name__ for _, v in self.verdicts]
+
+
+def fly(system, reference, grid, commit=0.2, rate=15.0, longest=90.0, each=None):
+    """Fly a reference with perfect tracking, one plan per frame. `each(now, grid)` may meddle."""
+    active, now, yaw = reference, reference.start, 0.0
+    rows, verdicts = [], []
+    goal = reference.control_points_site[-1]
+    while now < reference.start + longest:
+        here = active.at(now)
+        if now > active.end + 1.0 and np.allclose(here.position_site, goal):
+            break
+        ahead = active.at(now + 0.8).position_site - here.position_site
+        if np.hypot(*ahead[:2]) > 0.05:
+            yaw = np.arctan2(ahead[1], ahead[0])
+        grid.look(here.position_site[:2], yaw)
+        if each:
+            each(now, grid)
+        verdict = system.plan(situation(now, now + commit, active, reference, grid))
+        if not isinstance(verdict, Keep):
+            same_until(active, verdict.trajectory, now, now + commit)
+            active = verdict.trajectory
+        if not (isinstance(verdict, Keep) and verdict.why == "free"):
+            verdicts.append((now, verdict))
+        rows.append(
+            np.concatenate([here.position_site, here.velocity_site, here.acceleration_site])
+        )
+        now += 1.0 / rate
+    log = np.array(rows)
+    return Flight(
+        log[:, :3], np.linalg.norm(log[:, 3:6], axis=1), np.linalg.norm(log[:, 6:], axis=1),
+        verdicts, active,
+    )  # fmt: skip
+
+
+def same_until(old, new, begin, end):
+    """What is flown up to `end` does not change: position, velocity, acceleration."""
+    for time in np.linspace(begin, min(end, old.end), 5):
+        a, b = old.at(time), new.at(time)
+        np.testing.assert_allclose(a.position_site, b.position_site, atol=1e-9)
+        np.testing.assert_allclose(a.velocity_site, b.velocity_site, atol=1e-9)
+
+
+def avoids(flight):
+    return [v for _, v in flight.verdicts if isinstance(v, Avoid)]
