@@ -66,14 +66,16 @@ def test_a_flight_on_the_line_has_the_routes_length_and_no_deviation(plan, fly):
     assert figures["missed_strip_m"] == 0.0
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6, deadline=None, derandomize=True)
 @given(peak=st.floats(0.5, 2.5), centre=st.floats(6.0, 14.0), drop=st.floats(0.0, 0.6))
 def test_one_detour_is_one_avoidance_with_its_peak_and_drop(plan, fly, peak, centre, drop):
     found = measure(fly(made.Bump(centre, 6.0, peak, drop)), plan, NO_WORLD)
     (avoidance,) = found.avoidances
     assert found.figures["avoidance_peak_mean_m"] == pytest.approx(peak, abs=0.01)
     assert found.figures["deviation_max_m"] == pytest.approx(peak, abs=0.01)
-    assert found.figures["altitude_drop_max_m"] == pytest.approx(drop, abs=0.02)
+    lost_before = drop * 0.1 / peak  # the detour counts from 0.1 m on
+    drops = found.figures["altitude_drop_max_m"]
+    assert drop - lost_before - 0.01 <= drops <= drop + 0.01
     assert avoidance.peak_site[0] == pytest.approx(centre, abs=0.1)
     assert 2.0 < avoidance.end - avoidance.start < 6.0
 
@@ -204,7 +206,7 @@ def test_verdicts_tell_rule_limit_and_figure(plan, fly):
 # -- signals
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     turns=st.floats(-3.0, 3.0),
     start=st.floats(-np.pi, np.pi),
@@ -217,7 +219,7 @@ def test_yaw_rate_never_steps_at_the_wrap(turns, start, seconds):
     np.testing.assert_allclose(found, rate, atol=0.02 * abs(rate) + 1e-6)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     roll=st.floats(-0.5, 0.5),
     pitch=st.floats(-0.5, 0.5),
@@ -263,7 +265,7 @@ def test_a_real_change_of_speed_is_acceleration(period):
     assert found[200:-200].max() == pytest.approx(peak, rel=0.08)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     gaps=st.lists(st.floats(0.01, 2.0), min_size=1, max_size=30),
     value=st.floats(-5.0, 5.0),
@@ -287,7 +289,7 @@ def test_a_burst_of_samples_does_not_outweigh_time():
 # -- lines and strips
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     points=st.lists(st.tuples(st.floats(-30, 30), st.floats(-30, 30)), min_size=1, max_size=20),
 )
@@ -304,7 +306,7 @@ def test_distance_to_a_line_is_the_smallest_over_its_segments(points):
 strip = st.tuples(st.floats(0, 50), st.floats(0, 50)).filter(lambda s: abs(s[0] - s[1]) > 0.5)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(flown=st.lists(strip, max_size=5), swath=st.floats(0.5, 5.0))
 def test_coverage_of_one_row_is_the_share_of_its_length(flown, swath):
     row = np.array([[0.0, 0.0], [50.0, 0.0]])
