@@ -11,6 +11,8 @@ from orchard_cli import __version__
 from orchard_cli.errors import InputError, OrchardError
 
 from .analyze import analyze
+from .demo import demo
+from .fly import fly
 from .plan import plan
 
 app = typer.Typer(
@@ -22,7 +24,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command()(plan)
+app.command()(fly)
 app.command()(analyze)
+app.command()(demo)
 
 
 def _version(wanted: bool) -> None:

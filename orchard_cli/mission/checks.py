@@ -16,20 +16,21 @@ from orchard_cli.motion.timing import TOLERANCE, PathLimits, over_limits
 
 CANOPY_REACH = 1.5  # m around a trunk within which its canopy is expected
 SAMPLING = 0.1  # m between samples of a path, at most, at full speed
+MICRON = 2e-6  # m: what rounding to files may move a point
 NEAR = 0.05  # m: how well the parts of one mission must agree
 
 
 def check(mission: Mission) -> tuple[Fault, ...]:
     """Everything that is wrong with a mission; empty when it may fly."""
-    trajectory = mission.trajectory
-    step = SAMPLING / mission.limits.speed
-    times = np.arange(trajectory.start, trajectory.end + step, step)
-    path = trajectory.sample(times)[0]
+    faults = battery_faults(mission.energy_share, mission.limits)
+    if mission.trajectory.end > mission.limits.endurance:  # nothing to gain from looking closer
+        return (*faults, Fault("trajectory", "is longer than the battery lasts"))
+    path = flown(mission)
     return (
+        *faults,
         *canopy_faults(mission.orchard, mission.limits, path),
         *area_faults(mission.orchard, mission.limits, path),
         *_ground_faults(mission),
-        *battery_faults(mission.energy_share, mission.limits),
         *_limit_faults(mission),
         *_agreement_faults(mission, path),
         *_segment_faults(mission),
@@ -38,9 +39,7 @@ def check(mission: Mission) -> tuple[Fault, ...]:
 
 def notes(mission: Mission) -> tuple[str, ...]:
     """What the pilot should know: known obstacles that the flight will have to avoid."""
-    step = SAMPLING / mission.limits.speed
-    times = np.arange(mission.trajectory.start, mission.trajectory.end, step)
-    path = mission.trajectory.sample(times)[0]
+    path = flown(mission)
     found = []
     for obstacle in mission.orchard.obstacles:
         apart = np.hypot(*(path[:, :2] - obstacle.position_site).T) - obstacle.radius
@@ -53,6 +52,12 @@ def notes(mission: Mission) -> tuple[str, ...]:
                 "it will be avoided in flight"
             )
     return tuple(found)
+
+
+def flown(mission: Mission) -> Points:
+    """The trajectory's positions (n, 3) m, at most SAMPLING apart."""
+    trajectory, step = mission.trajectory, SAMPLING / mission.limits.speed
+    return trajectory.sample(np.arange(trajectory.start, trajectory.end + step, step))[0]
 
 
 def path_limits(limits: Limits) -> PathLimits:
@@ -188,6 +193,7 @@ def _agreement_faults(mission: Mission, path: Points) -> list[Fault]:
         ("trajectory start", np.abs(first[:2] - mission.takeoff_site).max() < NEAR),
         ("trajectory end", np.abs(last[:2] - mission.landing_site).max() < NEAR),
         ("trajectory rest", still < 1e-9),
+        ("energy_share", mission.energy_share * mission.limits.endurance >= mission.trajectory.end),
     )
     return [
         Fault(name, "does not agree with the rest of the mission", "plan the mission again")

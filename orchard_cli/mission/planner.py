@@ -17,7 +17,7 @@ from orchard_cli.model.wishes import FlightWishes
 from orchard_cli.motion.fit import (
     RoundedPath,
     distances,
-    fit_spline,
+    fit_rounded,
     lengths_of,
     rounded,
     samples,
@@ -42,8 +42,7 @@ def plan(orchard: Orchard, wishes: FlightWishes, provenance: Provenance) -> Miss
     waypoints = np.round(route.waypoints(orchard, wishes), _MICRONS)
     length = route.length(waypoints)
     _refuse_hopeless(orchard, wishes, waypoints, length)
-    corners = rounded(waypoints, wishes.corner_cut)
-    spline = _tidy(fit_spline(corners.points_site, max(4, round(DENSITY * length))))
+    corners, spline = _fitted(waypoints, wishes.corner_cut, max(8, round(DENSITY * length)))
     curve = samples(spline)
     approach, departure = _way_in(wishes, waypoints), _way_out(wishes, waypoints)
     path = np.concatenate([approach[:-1], curve, departure[1:]])
@@ -81,6 +80,31 @@ def measured_corner_cut(mission: Mission) -> float:
     """Greatest distance from an inner waypoint to the global spline, m."""
     inner = mission.waypoints_site[1:-1]
     return float(distances(inner, samples(mission.spline)).max()) if len(inner) else 0.0
+
+
+def _fitted(waypoints: Points, cut: float, count: int) -> tuple[RoundedPath, BSpline]:
+    """The rounded Π and its spline. Raises InputError where a corner cannot keep the cut."""
+    try:
+        corners, spline = fit_rounded(waypoints, cut, count)
+    except ValueError as error:
+        raise InputError(
+            Fault("row", f"between two rows: {error}", "let neighbouring rows end side by side")
+        ) from error
+    spline = BSpline(
+        spline.degree,
+        np.round(spline.knots, _MICRONS),
+        np.round(spline.control_points_site, _MICRONS),
+    )
+    passed = distances(waypoints[1:-1], samples(spline)) if len(waypoints) > 2 else np.zeros(1)
+    if (worst := float(passed.max())) > cut + checks.MICRON:
+        raise InputError(
+            Fault(
+                "flight.corner_cut_m",
+                f"the curve leaves waypoint {int(passed.argmax()) + 2} by {worst:.3f} m",
+                f"allow {math.ceil(worst * 20) / 20:g}: the spline cannot turn more sharply there",
+            )
+        )
+    return corners, spline
 
 
 def _refuse_hopeless(
@@ -132,7 +156,7 @@ def _way_out(wishes: FlightWishes, waypoints: Points) -> Points:
 
 
 def _joined(site: Vector | None, run: Vector, end: Vector, cut: float) -> Points:
-    start = run if site is None else np.array([site[0], site[1], end[2]])
+    start = run if site is None else np.array([site[0], site[1], run[2]])
     corners = [start, end] if np.linalg.norm(start - run) < 1e-3 else [start, run, end]
     return np.round(rounded(np.array(corners), cut).points_site, _MICRONS)
 
@@ -142,14 +166,6 @@ def _ground(orchard: Orchard, point: Vector) -> float:
     trunks = np.concatenate([row.trunks_site for row in orchard.rows])
     ground = np.concatenate([row.ground for row in orchard.rows])
     return float(ground[np.hypot(*(trunks - point[:2]).T).argmin()])
-
-
-def _tidy(spline: BSpline) -> BSpline:
-    return BSpline(
-        spline.degree,
-        np.round(spline.knots, _MICRONS),
-        np.round(spline.control_points_site, _MICRONS),
-    )
 
 
 def _round_places(places_wgs84: Array) -> Array:

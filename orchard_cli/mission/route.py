@@ -73,8 +73,8 @@ def run_up(limits: Limits) -> float:
 
 
 def run_up_point(end: Vector, inner: Vector, limits: Limits) -> Vector:
-    """(3,) m: at the height of the route's end (3,), outside it, in line with its row."""
-    way = (end - inner) * [1.0, 1.0, 0.0]
+    """(3,) m: outside the route's end (3,), in line with its row, and as steep."""
+    way = end - inner
     point: Vector = end + way / np.linalg.norm(way) * run_up(limits)
     return point
 

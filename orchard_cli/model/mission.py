@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-
 from .arrays import Array, Points, Vector, frozen
 from .site import Orchard
 from .trajectory import BSpline, Trajectory
@@ -97,5 +95,5 @@ class Mission:
 
     @property
     def flight_height_site(self) -> float:
-        """z of the first waypoint, m: where take-off ends."""
-        return float(np.asarray(self.waypoints_site)[0, 2])
+        """z of the trajectory's start, m: where take-off ends."""
+        return float(self.trajectory.control_points_site[0, 2])

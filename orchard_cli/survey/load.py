@@ -14,7 +14,7 @@ from orchard_cli.model.wishes import FlightWishes
 
 from . import sheet, tables
 from .reading import Table
-from .rows import TapedRow, crossings, lay_out, tree_rows
+from .rows import crossings, lay_out, tree_rows
 
 LARGEST = 1_000_000  # bytes; a thousand rows of a hundred trees are half of it
 _MOST_FAULTS = 50  # listed
@@ -54,7 +54,7 @@ def parse(data: bytes, file: str, csv: bool = False) -> Survey:
     text = _text(data, file)
     faults: list[Fault] = []
     if csv:
-        head, lines = sheet.split(text)
+        head, lines = sheet.split(text, file)
         top = Table(_toml(head, file), file, faults)
     else:
         _refuse_many_rows(text, file)
@@ -72,7 +72,9 @@ def parse(data: bytes, file: str, csv: bool = False) -> Survey:
     keep_outs = [tables.read_ring(t) for t in top.tables("keep_out", 1_000)]
     top.done()
     laid = lay_out(taped)
-    faults += _row_faults(taped, file, faults) + crossings(taped, laid)
+    faults += crossings(taped, laid)
+    if not taped and not faults:
+        faults.append(Fault(f"{file}: row", "there is none", "add each row of trees"))
     if faults:
         raise InputError(_shortened(faults, file))
     orchard = Orchard(
@@ -115,12 +117,6 @@ def _refuse_many_rows(text: str, file: str) -> None:
         raise InputError(
             Fault(file, f"has {count} rows, {tables.MOST_ROWS} are the most", "split the survey")
         )
-
-
-def _row_faults(taped: list[TapedRow], file: str, known: list[Fault]) -> list[Fault]:
-    if not taped and not any(": row" in fault.where for fault in known):
-        return [Fault(f"{file}: row", "there is none", "add a [[row]] for each row of trees")]
-    return []
 
 
 def _shortened(faults: list[Fault], file: str) -> list[Fault]:

@@ -16,39 +16,51 @@
 Lines that begin with # are the head, with the same tables as a TOML survey (tables.py). Columns:
 `row` counts from 1; `distance_m` (with `far_distance_m`) and `start_m` stand in a row's first
 line; `gap_m` is the distance from the tree before in the same row, empty in a row's first line;
-`tree_height_m` and, optionally, `ground_m` stand in each line.
+`tree_height_m` and, optionally, `ground_m` stand in each line. Cells are parted by commas,
+semicolons or tabs, whichever the line of the columns has most of.
 """
 
 from __future__ import annotations
 
 import csv
-import io
 import math
 from typing import Any
 
-from orchard_cli.errors import Fault
+from orchard_cli.errors import Fault, InputError
 
 from .reading import Table
 from .rows import TapedRow
 from .tables import MOST_ROWS, MOST_TREES, read_distances, read_start
 
+LONGEST = 10_000  # characters in a line
 Line = tuple[int, list[str]]
 _NEEDED = ("row", "gap_m", "tree_height_m")
 
 
-def split(text: str) -> tuple[str, list[Line]]:
-    """The head, as TOML, and the lines of the sheet with their numbers in the file."""
+def split(text: str, file: str) -> tuple[str, list[Line]]:
+    """The head, as TOML, and the lines of the sheet with their numbers in the file.
+
+    Raises InputError for a line that cannot be a tree's.
+    """
     lines = text.splitlines()
     head = [line.lstrip()[1:] if line.lstrip().startswith("#") else "" for line in lines]
     body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not head[n - 1]]
     body = [(n, line) for n, line in body if not line.lstrip().startswith("#")]
-    cells = csv.reader(io.StringIO("\n".join(line for _, line in body)), strict=False)
-    return "\n".join(head), [(n, row) for (n, _), row in zip(body, cells, strict=False)]
+    if long := [n for n, line in body if len(line) > LONGEST]:
+        raise InputError(Fault(f"{file}: line {long[0]}", "is too long for a line of one tree"))
+    delimiter = max(",;\t", key=body[0][1].count) if body else ","
+    return "\n".join(head), [(n, _cells(line, delimiter)) for n, line in body]
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line; sheets that part cells with ; or tabs may write decimals with commas."""
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    return cells if delimiter == "," else [cell.replace(",", ".") for cell in cells]
 
 
 def read_rows(lines: list[Line], file: str, faults: list[Fault]) -> list[TapedRow]:
     """The rows of a sheet; faults are added to `faults`."""
-    columns = [cell.strip() for cell in lines[0][1]] if lines else []
+    columns = lines[0][1] if lines else []
     missing = [name for name in _NEEDED if name not in columns]
     if missing:
         where = f"{file}: line {lines[0][0]}" if lines else f"{file}: row"
@@ -115,10 +127,9 @@ def _values(columns: list[str], cells: list[str]) -> dict[str, Any]:
     """Cells by column, empty ones left out, numbers as numbers."""
     values: dict[str, Any] = {}
     for name, cell in zip(columns, cells, strict=False):
-        text = cell.strip()
-        if text:
+        if cell:
             try:
-                values[name] = float(text)
+                values[name] = float(cell)
             except ValueError:
-                values[name] = text
+                values[name] = cell
     return values

@@ -88,7 +88,7 @@ def read_wishes(flight: Table, vehicle: Table) -> FlightWishes:
         climb_speed=flight.number("climb_speed_m_s", 0.1, 5, usual.climb_speed),
         clearance=vehicle.number("clearance_m", 0.1, 10, usual.clearance),
         airframe_radius=vehicle.number("airframe_radius_m", 0.05, 5, usual.airframe_radius),
-        endurance=vehicle.number("endurance_s", 30, 36_000, usual.endurance),
+        endurance=vehicle.number("endurance_s", 30, 7_200, usual.endurance),
         reserve=vehicle.number("reserve", 0.05, 0.9, usual.reserve),
     )
     if limits.clearance < limits.airframe_radius:
@@ -103,7 +103,7 @@ def read_wishes(flight: Table, vehicle: Table) -> FlightWishes:
         "start_row": flight.choice("start_row", StartRow, StartRow.FIRST),
         "start_side": flight.choice("start_side", StartSide, StartSide.NEAR),
         "swath": flight.number("swath_m", 0.2, 20, 3.0),
-        "corner_cut": flight.number("corner_cut_m", 0.1, 3.0, 0.5),
+        "corner_cut": flight.number("corner_cut_m", 0.2, 3.0, 0.5),
     }
     places = {f"{name}_site": flight.point(f"{name}_m") for name in ("takeoff", "landing")}
     flight.done()
