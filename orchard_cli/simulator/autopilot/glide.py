@@ -1,7 +1,7 @@
 """Setpoints of the automatic modes: a point that glides to its target within limits.
 
-PX4 limits jerk too (its trajectory library); this one keeps to the same speeds and accelerations
-and so takes the same time within a few tenths of a second.
+PX4's trajectory library keeps to the same speeds, accelerations and jerk by switching between
+jerks; this one follows a closing speed, and takes the same time within a second.
 """
 
 from __future__ import annotations
@@ -14,43 +14,51 @@ from orchard_cli.model.arrays import Vector
 
 from .seen import Seen
 
-NEAR_GAIN = 1.5  # 1/s, closing speed per distance where the target is near
+NEAR_GAIN = 1.0  # 1/s, closing speed per distance where the target is near
+FOLLOW_GAIN = 4.0  # 1/s, acceleration per missing speed
 
 
 class Glide:
-    """A virtual point with a velocity, ahead of the vehicle."""
+    """A virtual point with velocity and acceleration, ahead of the vehicle."""
 
     def __init__(self, seen: Seen) -> None:
         self.position = np.array(seen.position_site)
         self.velocity = np.array(seen.velocity_site)
+        self.acceleration = np.zeros(3)
 
     def towards(
-        self,
-        target: Vector,
-        speed: float,
-        climb: float,
-        descent: float,
-        accelerate: float,
-        dt: float,
-    ) -> None:
+        self, target: Vector, speed: float, climb: float, descent: float,
+        accelerate: float, jerk: float, dt: float,
+    ) -> None:  # fmt: skip
         """Move by `dt` towards `target`, the horizontal and the vertical each on its own."""
         dx, dy, dz = (target - self.position).tolist()
         far = math.hypot(dx, dy)
         pace = _closing(far, speed, accelerate) / far if far > 1e-9 else 0.0
-        ax, ay = dx * pace - self.velocity[0], dy * pace - self.velocity[1]
-        change = math.hypot(ax, ay)
-        share = min(1.0, accelerate * dt / change) if change > 0 else 0.0
-        self.velocity[0] += ax * share
-        self.velocity[1] += ay * share
         up = math.copysign(_closing(abs(dz), climb if dz > 0 else descent, accelerate), dz)
-        change = up - float(self.velocity[2])
-        self.velocity[2] += math.copysign(min(abs(change), accelerate * dt), change)
+        missing = np.array([dx * pace, dy * pace, up]) - self.velocity
+        for axes in (slice(0, 2), slice(2, 3)):
+            wanted = _pull(missing[axes], accelerate, jerk)
+            self.acceleration[axes] += _shortened(wanted - self.acceleration[axes], jerk * dt)
+        self.velocity += self.acceleration * dt
         self.position += self.velocity * dt
 
 
+def _pull(missing: Vector, accelerate: float, jerk: float) -> Vector:
+    """Acceleration for a missing speed that can be taken back in time within the jerk."""
+    size = math.hypot(*missing)
+    if size < 1e-9:
+        return missing
+    return missing * (min(accelerate, math.sqrt(jerk * size), FOLLOW_GAIN * size) / size)
+
+
+def _shortened(vector: Vector, limit: float) -> Vector:
+    size = math.hypot(*vector)
+    return vector * (limit / size) if size > limit else vector
+
+
 def _closing(distance: float, speed: float, accelerate: float) -> float:
-    """Speed at which a point `distance` m away is still reached at rest with half `accelerate`."""
-    return min(speed, math.sqrt(accelerate * distance), NEAR_GAIN * distance)
+    """Speed at which a point `distance` m away is reached at rest with a third of `accelerate`."""
+    return min(speed, math.sqrt(0.6 * accelerate * distance), NEAR_GAIN * distance)
 
 
 def stopping_point(seen: Seen, accelerate: float) -> Vector:

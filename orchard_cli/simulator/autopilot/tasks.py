@@ -55,8 +55,10 @@ class Task:
         """Move the glide on; it waits for a vehicle that falls behind by MPC_XY_ERR_MAX."""
         behind = math.dist(self.glide.position[:2], seen.position_site[:2])
         speed = self.speed if behind < values["MPC_XY_ERR_MAX"] else 0.0
-        accelerate = values["MPC_ACC_HOR"]
-        self.glide.towards(self.target, speed, self.climb, self.descent, accelerate, dt)
+        self.glide.towards(
+            self.target, speed, self.climb, self.descent,
+            values["MPC_ACC_HOR"], values["MPC_JERK_AUTO"], dt,
+        )  # fmt: skip
         rate = math.radians(values["MPC_YAWRAUTO_MAX"])
         self.heading.towards(self.yaw_wanted, rate, math.radians(values["MPC_YAWRAUTO_ACC"]), dt)
 
@@ -130,9 +132,10 @@ class Land(Task):
 
     def demand(self, values: Parameters) -> Demand:
         """Down by speed alone."""
-        position, velocity = self.glide.position.copy(), self.glide.velocity
+        g, yaw = self.glide, self.heading
+        position = g.position.copy()
         position[2] = math.nan
-        return demand_of(position, velocity, FREE, self.heading.yaw, self.heading.rate, values)
+        return demand_of(position, g.velocity, g.acceleration, yaw.yaw, yaw.rate, values)
 
 
 def landing_speed(height: float, values: Parameters) -> float:

@@ -167,9 +167,8 @@ def scaled_pressure(s: Scope) -> Any:
     )
 
 
-def rc_channels(s: Scope) -> Any:
-    """65: no receiver."""
-    return mav.MAVLink_rc_channels_message(s.told.boot_ms, 0, *([65535] * 18), 255)
+def rc_channels(_: Scope) -> None:
+    """65: there is no receiver, so nothing is sent, however often it is asked for."""
 
 
 def ping(s: Scope) -> Any:
