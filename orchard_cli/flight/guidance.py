@@ -65,6 +65,10 @@ class Guidance:
         """Whether the end of what was to be flown has been reached."""
         return self._active is None or now >= self._active.end
 
+    def remaining(self, now: float) -> float:
+        """Seconds to the end of what is flown; 0 while standing."""
+        return 0.0 if self._active is None else max(self._active.end - now, 0.0)
+
     def arrived(self, now: float) -> bool:
         """Whether the route has been flown to its end."""
         return self._reference is not None and self.still(now) and not self.blocked

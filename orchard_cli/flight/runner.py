@@ -159,7 +159,7 @@ class Flight:
             still=guidance.still(now),
             joined=state is not None and state.mode is FlightMode.OFFBOARD and guidance.joined(now),
             route_done=guidance.arrived(now),
-            return_share=self._return_share() + reserve / 2,
+            return_share=self._return_share(now),
             critical_share=reserve / 2,
             not_ready=not_ready(self._mission, state, frame_age, planner_age, self._tolerances)
             if checking
@@ -173,11 +173,17 @@ class Flight:
             return 0.0
         return float(np.linalg.norm(state.position_site - self._helm.guidance.position(now)))
 
-    def _return_share(self) -> float:
-        """Share of the battery to fly the trail back, no more than the whole mission takes."""
-        limits = self._mission.limits
-        back = self._helm.trail.length / (limits.speed * limits.endurance)
-        return min(back, self._mission.energy_share)
+    def _return_share(self, now: float) -> float:
+        """Share of the battery below which to turn back, with half of the reserve.
+
+        Nearer to the end of the route than to its beginning, flying on is the shorter way down:
+        then there is none.
+        """
+        limits, guidance = self._mission.limits, self._helm.guidance
+        back = self._helm.trail.length / limits.speed
+        if guidance.reference is not None and guidance.remaining(now) < back:
+            return 0.0
+        return back / limits.endurance + limits.reserve / 2
 
     def _act(self, decision: Decision, state: VehicleState | None, now: float) -> None:
         """Stream, ask, and keep the guard fed for as long as something is streamed."""
@@ -197,7 +203,7 @@ class Flight:
     def _tell(self, decision: Decision, seen: Seen, now: float) -> None:
         state, active = seen.vehicle, self._helm.guidance.active
         spraying = spray(self._mission, decision.stage.phase, state) if state is not None else None
-        span = (0.0, 0.0) if active is None else (now - active.start, max(active.end - now, 0.0))
+        span = (0.0 if active is None else now - active.start, self._helm.guidance.remaining(now))
         self._gear.reporter.cycle(decision, seen, spraying, span, now)
         for truth in self._gear.truth.take() if self._gear.truth is not None else ():
             self._gear.recorder.write(truth)

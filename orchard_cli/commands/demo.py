@@ -1,0 +1,65 @@
+"""`orchard demo`: the whole walk on the lemon orchard of Liu 2024."""
+
+from __future__ import annotations
+
+import json as json_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from orchard_cli.errors import Fault, FlightEndedEarly, InputError
+
+NAME = "lemon-gazebo"
+MISSIONS = Path(__file__).resolve().parents[2] / "missions"
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for what the demo makes.")] = Path("demo"),
+    system: Annotated[str, typer.Option(help="Avoidance system: guided or none.")] = "guided",
+    seed: Annotated[int, typer.Option(help="Seed of the simulator's noise and wind.")] = 0,
+    speed_factor: Annotated[
+        float, typer.Option(min=0.1, max=20, help="Simulated seconds per real second.")
+    ] = 4.0,
+    camera: Annotated[str, typer.Option(help="Depth mode of the simulated camera.")] = "848x480",
+    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No live screen.")] = False,
+) -> None:
+    """Plan the paper's lemon orchard, fly it in the simulator over MAVSDK, and measure the log."""
+    from orchard_cli import mission as missions
+
+    from .analyze import document, draw, measured, published
+    from .fly import camera_mode, fly_mission
+    from .plan import plan
+    from .wiring import Choices
+
+    survey, world = MISSIONS / f"{NAME}.survey.toml", MISSIONS / f"{NAME}.world.toml"
+    if not survey.exists():
+        where = "the demo needs the missions/ folder of the repository"
+        raise InputError(Fault(str(survey), where, "run it from a clone installed with pip -e"))
+    choices = Choices(
+        system=system, seed=seed, speed_factor=speed_factor, camera=camera_mode(camera)
+    )
+    out.mkdir(parents=True, exist_ok=True)
+    mission_file, log_file = out / "mission.json", out / "flight.mcap"
+    plan(survey, mission_file, quiet=quiet or json)
+    mission = missions.load(mission_file)
+    ending, summary = fly_mission(
+        mission, choices, log_file, world, quiet=quiet or json, overwrite=True
+    )
+    result = measured(log_file)
+    report = document([result])
+    (out / "metrics.json").write_text(json_module.dumps(report, indent=2, allow_nan=False))
+    draw(out / "overview.png", [result])
+    if json:
+        typer.echo(json_module.dumps({**report, "flight": summary}, allow_nan=False))
+    elif not quiet:
+        from .analyze_table import show
+
+        show([result], published("auto", [result]))
+        typer.echo(
+            f"flown at {summary['speed_factor']} times real time; "
+            f"{log_file} opens in Foxglove, {out / 'overview.png'} shows the flight"
+        )
+    if not ending.as_planned:
+        raise FlightEndedEarly(ending.why)
