@@ -36,6 +36,13 @@ def fly(
         bool,
         typer.Option("--mend-failsafes", help="Write safe failsafe parameters to the autopilot."),
     ] = False,
+    rendered_camera: Annotated[
+        bool,
+        typer.Option(
+            "--rendered-camera",
+            help="With --connect: see --world instead of a camera. Bench and SITL only.",
+        ),
+    ] = False,
     log: Annotated[Path | None, typer.Option(help="Log file; default: named by the time.")] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No live screen.")] = False,
@@ -51,6 +58,7 @@ def fly(
         speed_factor=speed_factor,
         camera=camera_mode(camera),
         mend_failsafes=mend_failsafes,
+        rendered_camera=rendered_camera,
     )
     plan = missions.load(mission)
     path = log if log is not None else default_log(plan.name)
@@ -103,7 +111,7 @@ def fly_mission(
 
     world, world_file = wiring.load_world(mission, world_path)
     if connect is not None:
-        rig = wiring.real(mission, connect, choices)
+        rig = wiring.real(mission, connect, choices, world)
     elif lockstep:
         rig = wiring.lockstep(mission, world, choices)
     else:

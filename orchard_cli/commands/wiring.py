@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,8 +23,13 @@ from orchard_cli.model.depth import DepthCamera, d455
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.world import World
 from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
+from orchard_cli.simulator.rendered_camera import RenderedCamera
+
+if TYPE_CHECKING:
+    from orchard_cli.vehicle import MavsdkVehicle
 
 DEADMAN = 0.5  # s of real time
+BLIND = Tolerances(frame_age=math.inf, planner_age=math.inf)
 SYSTEMS: dict[str, Callable[[], Avoidance]] = {"guided": Guided, "none": Blind}
 
 
@@ -52,6 +58,7 @@ class Choices:
     camera: tuple[int, int] = (848, 480)
     frame_rate: float = 15.0
     mend_failsafes: bool = False
+    rendered_camera: bool = False
 
 
 class NoGuard:
@@ -87,6 +94,13 @@ def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:
     return Onboard(OccupancyGrid(), make(), mission.limits)
 
 
+def _fitted(camera: Camera | None) -> Camera:
+    """The simulator's camera, which `_settings` always asks for."""
+    if camera is None:
+        raise LinkError("the simulator was started without a camera")
+    return camera
+
+
 def _start(mission: Mission) -> tuple[tuple[float, float], float]:
     """Where the simulated vehicle stands: at the take-off point, nose along the route."""
     x, y = (float(value) for value in mission.takeoff_site)
@@ -110,11 +124,12 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
     """The simulator without MAVSDK: as fast as it goes, the same bits for a seed."""
     position, yaw = _start(mission)
     simulator = LockstepSimulator(world, mission.orchard.origin, position, yaw, _settings(choices))
-    cycle = onboard(mission, choices, simulator.camera.model).cycle
+    camera = _fitted(simulator.camera)
+    cycle = onboard(mission, choices, camera.model).cycle
     try:
         yield Equipment(
             vehicle=simulator.vehicle,
-            camera=simulator.camera,
+            camera=camera,
             clock=simulator.clock,
             guard=NoGuard(),
             worker=InlineWorker(cycle),
@@ -146,7 +161,7 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
         stack.callback(worker.close)
         yield Equipment(
             vehicle=vehicle,
-            camera=simulator.camera,
+            camera=_fitted(simulator.camera),
             clock=simulator.clock,
             guard=Deadman(DEADMAN),
             worker=worker,
@@ -158,41 +173,52 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
 
 
 @contextlib.contextmanager
-def real(mission: Mission, url: str, choices: Choices) -> Iterator[Equipment]:
+def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator[Equipment]:
     """A real autopilot. Raises LinkError when it does not answer or its failsafes are unsafe."""
     from orchard_cli.vehicle import Deadman, MonotonicClock, connect
 
-    if choices.system != "none":
+    sighted = choices.rendered_camera
+    if choices.system != "none" and not sighted:
         raise LinkError(
             "no depth camera is connected, and without eyes no avoidance flies; "
             "use --system none where the route is known to be free"
         )
-    clock, camera = MonotonicClock(), NoCamera()
-    cycle = onboard(mission, choices, camera.model).cycle
+    clock = MonotonicClock()
+    cycle = onboard(mission, choices, d455(*choices.camera)).cycle
     with contextlib.ExitStack() as stack:
         vehicle = connect(url, mission.orchard.origin, clock.now)
         stack.callback(vehicle.close)
-        unsafe = vehicle.unsafe_failsafes(mission.flight_height_site)
-        if unsafe and not choices.mend_failsafes:
-            listed = "\n".join(f"  {finding}" for finding in unsafe)
-            raise LinkError(
-                f"the autopilot's own failsafes are not safe here:\n{listed}\n"
-                "set them, or let orchard do it with --mend-failsafes"
-            )
-        vehicle.mend_failsafes(unsafe)
+        _demand_safe_failsafes(mission, vehicle, choices.mend_failsafes)
         worker = ThreadWorker(cycle)
         stack.callback(worker.close)
+        camera: Camera = NoCamera()
+        if sighted:
+            camera = RenderedCamera(
+                world, d455(*choices.camera), choices.frame_rate, vehicle.newest_pose
+            )
+            stack.callback(camera.close)
         yield Equipment(
             vehicle=vehicle,
             camera=camera,
             clock=clock,
             guard=Deadman(DEADMAN),
             worker=worker,
-            tolerances=Tolerances(frame_age=math.inf, planner_age=math.inf),
+            tolerances=Tolerances() if sighted else BLIND,
             truth=None,
-            name=f"autopilot on {url}",
+            name=f"autopilot on {url}" + (" with a rendered camera" if sighted else ""),
             achieved_factor=lambda: 1.0,
         )
+
+
+def _demand_safe_failsafes(mission: Mission, vehicle: MavsdkVehicle, mend: bool) -> None:
+    unsafe = vehicle.unsafe_failsafes(mission.flight_height_site)
+    if unsafe and not mend:
+        listed = "\n".join(f"  {finding}" for finding in unsafe)
+        raise LinkError(
+            f"the autopilot's own failsafes are not safe here:\n{listed}\n"
+            "set them, or let orchard do it with --mend-failsafes"
+        )
+    vehicle.mend_failsafes(unsafe)
 
 
 def load_world(mission: Mission, path: Path | None) -> tuple[World, bytes]:

@@ -100,4 +100,5 @@ def _thinned(points: Points) -> Points:
     """Without points that crowd where the curve was slow: their chords have no true direction."""
     travelled = np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))
     kept = np.flatnonzero(np.diff((travelled / SPACING).astype(int), prepend=0)) + 1
-    return points[np.concatenate([[0], kept])]
+    thinned: Points = points[np.concatenate([[0], kept])]
+    return thinned

@@ -46,5 +46,7 @@ def site_from_wgs84(origin: SiteOrigin, places_wgs84: Array) -> Points:
 def wgs84_from_site(origin: SiteOrigin, points_site: Points) -> Array:
     """(n, 3) m in the site frame → (n, 3) latitude deg, longitude deg, height m."""
     enu = np.asarray(points_site, dtype=np.float64) @ enu_from_site(origin.heading).T
-    longitude, latitude, height = _transformer(origin).transform(*enu.T, direction="INVERSE")
+    east, north, up = enu.T
+    back = _transformer(origin).transform(east, north, up, direction="INVERSE")
+    longitude, latitude, height = back
     return np.column_stack([latitude, longitude, height])

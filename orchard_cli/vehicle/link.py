@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -37,6 +38,7 @@ from .port_lock import PortLock
 from .telemetry import TelemetryFeed
 
 Now = Callable[[], float]
+FIX_PATIENCE = 45.0  # s of real time for the autopilot's first fix
 
 _RATES = (  # Hz; what is not needed is turned down, so that the link carries what is
     ("set_rate_odometry", 50.0),
@@ -98,7 +100,7 @@ class MavsdkVehicle:
         self._events = Events(system)
         self._offboard: Any = Offboard(system)
         self._telemetry = Telemetry(system)
-        self._frame = self._local_frame(origin)
+        self._frame = self._local_frame(origin, FIX_PATIENCE)
         self._feed = TelemetryFeed(self._telemetry, self._frame, now)
         self._answers: deque[Answer] = deque()
         self._wishes: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -114,6 +116,11 @@ class MavsdkVehicle:
     def poses(self, since: float) -> tuple[Pose, ...]:
         """Poses measured after `since`."""
         return self._feed.poses(since)
+
+    def newest_pose(self) -> Pose | None:
+        """The newest pose heard."""
+        state = self._feed.state()
+        return None if state is None else state.pose
 
     def send(self, setpoint: Setpoint) -> None:
         """Stream position, velocity, acceleration and yaw."""
@@ -177,13 +184,20 @@ class MavsdkVehicle:
         except mavsdk.MavsdkError:
             return None
 
-    def _local_frame(self, origin: SiteOrigin) -> LocalFrame:
-        try:
-            local = self._telemetry.get_gps_global_origin()
-        except mavsdk.MavsdkError as error:
-            raise LinkError(
-                f"the autopilot has no global origin yet ({error.result.name}); wait for GPS"
-            ) from error
+    def _local_frame(self, origin: SiteOrigin, patience: float) -> LocalFrame:
+        """The autopilot tells its global origin only once it has a fix, and not before."""
+        until = time.monotonic() + patience
+        while True:
+            try:
+                local = self._telemetry.get_gps_global_origin()
+                break
+            except mavsdk.MavsdkError:
+                if time.monotonic() > until:
+                    raise LinkError(
+                        f"the autopilot knows no position on earth after {patience:.0f} s; "
+                        "wait for a GPS fix under the open sky"
+                    ) from None
+                time.sleep(0.2)
         place = np.array([[local.latitude_deg, local.longitude_deg, origin.height]])
         x, y, _ = site_from_wgs84(origin, place)[0]
         return LocalFrame(origin.heading, np.array([x, y, 0.0]))
