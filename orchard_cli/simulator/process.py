@@ -17,6 +17,8 @@ from orchard_cli.model.world import World
 
 from .autopilot import TICK
 from .board import Board
+from .mavlink import Endpoint, UdpLink
+from .run import Run
 from .settings import SimulatorSettings
 
 HOST = "127.0.0.1"
@@ -172,9 +174,6 @@ def _main(
     port: int,
 ) -> None:
     """The child: build, warm up, say so, and run until the starter closes its end of the pipe."""
-    from .mavlink import Endpoint, UdpLink
-    from .run import Run
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the pilot's, who still needs us
     try:
         _warm_up(Run(world, start_site, start_yaw_site, settings))
@@ -203,15 +202,10 @@ def _main(
                 return
 
 
-def _warm_up(run: object) -> None:
+def _warm_up(run: Run) -> None:
     """Compile or load every kernel before the clock starts: fly and look once."""
-    from .run import Run
-
-    assert isinstance(run, Run)
-    while True:
-        _, frame = run.step()
-        if run.camera is None or frame is not None:
-            return
+    while run.step()[1] is None and run.camera is not None:
+        pass
 
 
 class _Pace:
