@@ -66,7 +66,7 @@ def fly(
     if json:
         typer.echo(json_module.dumps(summary))
     elif not quiet:
-        typer.echo(f"{ending.why}; log: {path}", err=True)
+        typer.echo(f"log: {path}", err=True)
     if not ending.as_planned:
         from orchard_cli.errors import FlightEndedEarly
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from types import TracebackType
 
-from rich.console import Console, Group
+from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.panel import Panel
 from rich.progress_bar import ProgressBar
@@ -56,13 +56,18 @@ class LiveScreen:
         status = self._status
         if status is None:
             return Panel("connecting ...", title=self._title)
-        table = Table.grid(padding=(0, 3))
+        table = Table.grid(padding=(0, 2))
+        for width in (12, 34, 14, 28):
+            table.add_column(width=width, no_wrap=True, overflow="ellipsis")
         for row in _rows(status):
             table.add_row(*row)
-        bar = ProgressBar(total=1.0, completed=status.progress, width=60)
-        lines: list[Table | ProgressBar | Text] = [table, bar]
-        if status.hazards:
-            lines.append(Text("; ".join(status.hazards), style="bold red"))
+        bar = Table.grid()
+        bar.add_row(ProgressBar(total=1.0, completed=status.progress, width=60))
+        lines: list[RenderableType] = [
+            table,
+            bar,
+            Text("; ".join(status.hazards), style="bold red"),
+        ]
         if self._keys:
             lines.append(Text("Ctrl-C or h: hold   c: continue   r: return   l: land", style="dim"))
         style = _COLOURS.get(status.phase, "green")
