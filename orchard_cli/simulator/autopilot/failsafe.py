@@ -29,6 +29,7 @@ def failsafe(intended: Mode, threats: Threats, values: Parameters) -> Mode:
 
     PX4 1.17 as measured (px4/README §4): the loss of setpoints acts at once, without the hold of
     COM_FAIL_ACT_T. COM_OBL_RC_ACT 0 to 2 hand over to a pilot, and without one NAV_RCL_ACT rules.
+    Terminating and disarming in flight are not simulated: such values act as the defaults.
     """
     if intended is Mode.LAND:
         return intended
