@@ -99,7 +99,7 @@ def _blend(into: Array, out: Array, cut: float, room: float) -> tuple[Points, fl
     tangent = math.hypot(*end) / (2 * math.cos(angle / 2))
     depth = math.hypot(middle[0] - tangent, middle[1])
     scale = min(cut / depth, min(room, REACH * cut) / tangent)
-    count = max(9, math.ceil(scale * (1 + RAMP) * angle / SPACING) | 1)
+    count = max(9, math.ceil(scale * (1 + RAMP) * angle / SPACING) + 1) | 1
     flat = scale * (_unit_bend(angle, count) - [tangent, 0.0])
     left = out - into * float(into @ out)
     left = left / np.linalg.norm(left)

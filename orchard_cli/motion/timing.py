@@ -31,10 +31,11 @@ EASE = 1.0
 TOLERANCE = 0.01
 """Share by which a trajectory may exceed a limit: the spline only approximates the time law."""
 
-_ROUNDS = 6  # of lowering the law's accelerations until the spline keeps the limits
+_ROUNDS = 10  # of lowering the law's accelerations until the spline keeps the limits
+_EAGER = 1.3  # power of the excess by which a limit is lowered
 _TICK = 0.01  # s, resolution of the average and of the check
 _STEEP = 1e-6  # m: a chord with less horizontal length has no heading
-_CREEP = 0.2  # m/s: slower than this, turning on the spot, heading is not a limit on the path
+_CREEP = 0.05  # m/s: slower than this is turning on the spot
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +75,10 @@ def time_path(path_site: Points, limits: PathLimits, interval: float | None = No
     """Time law of a path (n, 3) m: from rest at its first point to rest at its last.
 
     `interval` is the trajectory's knot interval, s; by default 0.5 m of travel at full speed
-    (Liu 2024, §4.1). A smooth path, sampled every STEP or denser, is followed within 2 cm. A
-    corner is turned at a crawl, as slowly as the yaw rate demands: round it first. Raises
-    ValueError for a path without length or a limit that is not positive.
+    (Liu 2024, §4.1). A smooth path, sampled every STEP or denser, is followed within 2 cm and
+    within all limits. At a sharp corner the vehicle all but stops and its direction turns at once,
+    beyond any yaw rate: round it first (`fit.rounded`). `over_limits` tells how a trajectory does.
+    Raises ValueError for a path without length or a limit that is not positive.
     """
     _demand_positive(limits)
     knot = 0.5 / limits.speed if interval is None else interval
@@ -89,9 +91,9 @@ def time_path(path_site: Points, limits: PathLimits, interval: float | None = No
         law = _fastest(lengths, bends.widened(fastest.times, ease / 2), aim)
         timed = _spline(points, law, knot, ease)
         over = over_limits(timed.trajectory, limits)
-        if max(over.values()) <= 1 + TOLERANCE:
+        if max(over.values()) <= 1 + TOLERANCE / 2:  # the rest is for rounding in files
             break
-        aim = PathLimits(**{name: getattr(aim, name) / max(1, over[name]) for name in over})
+        aim = PathLimits(**{name: getattr(aim, name) / max(1, share) ** _EAGER for name, share in over.items()})
     return timed
 
 
@@ -104,7 +106,7 @@ def over_limits(trajectory: Trajectory, limits: PathLimits) -> dict[str, float]:
 def peaks(trajectory: Trajectory) -> PathLimits:
     """The limits that a trajectory just keeps, sampled every 10 ms.
 
-    The yaw rate counts where the vehicle moves at 0.2 m/s or more.
+    The yaw rate counts where the vehicle moves at 0.05 m/s or more.
     """
     times = np.arange(trajectory.start, trajectory.end, _TICK)
     _, v, a = trajectory.sample(times)
