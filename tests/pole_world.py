@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchard_cli.mapping import Band
+from orchard_cli.model.depth import DepthFrame, d455
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import FlightMode, Landed, VehicleState
@@ -15,6 +16,7 @@ from orchard_cli.motion.situation import Avoid, Keep, Situation, Verdict
 CELL = 0.1
 SIZE = 800
 LOWER = -25.0  # m
+BLANK = DepthFrame(0.0, np.zeros((120, 212), dtype=np.uint16), d455(212, 120))
 
 
 class PoleMap:
@@ -23,6 +25,7 @@ class PoleMap:
     def __init__(self, poles, known=False):
         self.poles = np.asarray(poles, dtype=float).reshape(-1, 3)
         self.occupied = np.zeros((SIZE, SIZE), dtype=bool)
+        self.observed = np.ones((SIZE, SIZE), dtype=bool)
         if known:
             for pole in self.poles:
                 self._mark(self._rim(pole))
@@ -41,8 +44,10 @@ class PoleMap:
         n = 2 * round(half_size / CELL)
         corner = np.round(np.asarray(centre_site)[:2] / CELL).astype(int) - n // 2
         i, j = corner - round(LOWER / CELL)
-        occupied = self.occupied[i : i + n, j : j + n]
-        return Band(corner * CELL, CELL, occupied, np.ones_like(occupied), z_low, z_high)
+        square = slice(i, i + n), slice(j, j + n)
+        return Band(
+            corner * CELL, CELL, self.occupied[square], self.observed[square], z_low, z_high
+        )
 
     def _rim(self, pole):
         angles = np.linspace(0, 2 * np.pi, 64, endpoint=False)
@@ -68,15 +73,16 @@ def straight_route(length=40.0, heading=0.0, speed=1.0, interval=0.5, height=3.5
     )  # fmt: skip
 
 
-def situation(now, commit, active, reference, grid, limits=None):
+def situation(now, commit, active, reference, grid, limits=None, yaw=0.0):
     here = active.at(now)
+    nose = np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
     vehicle = VehicleState(
-        now, here.position_site, here.velocity_site, np.array([1.0, 0, 0, 0]), np.zeros(3),
+        now, here.position_site, here.velocity_site, nose, np.zeros(3),
         True, FlightMode.OFFBOARD, Landed.IN_AIR, now, 1.0, 16.0, True,
     )  # fmt: skip
     return Situation(
         now=now, commit=commit, vehicle=vehicle, active=active, reference=reference, grid=grid,
-        frame=None, limits=limits or Limits(),
+        frame=BLANK, limits=limits or Limits(),
     )  # fmt: skip
 
 
@@ -113,7 +119,7 @@ def fly(system, reference, grid, commit=0.2, rate=15.0, longest=90.0, each=None)
         grid.look(here.position_site[:2], yaw)
         if each:
             each(now, grid)
-        verdict = system.plan(situation(now, now + commit, active, reference, grid))
+        verdict = system.plan(situation(now, now + commit, active, reference, grid, yaw=yaw))
         if not isinstance(verdict, Keep):
             same_until(active, verdict.trajectory, now, now + commit)
             active = verdict.trajectory

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from orchard_cli.mapping import Band, DistanceField, distance_field
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.trajectory import DEGREE, Trajectory
-from orchard_cli.motion.braking import brake_within
+from orchard_cli.motion.braking import brake, brake_within
 from orchard_cli.motion.checks import Inspection, inspect
 from orchard_cli.motion.detour import Detour, Manner, NoDetour, Task, find_detour
 from orchard_cli.motion.rejoin import WIDEST, choose_rejoin, path_lengths
@@ -27,6 +27,7 @@ from orchard_cli.motion.stopwatch import Stopwatch
 
 Flags = NDArray[np.bool_]
 _SPARE = 0.03  # m: between two knots the reference may be nearer than at both
+_GAP = 0.5  # m not looked at between what was, that do not count
 _SLOW = 0.7  # share of cruise under which a detour runs along the route to speed up again
 
 
@@ -49,9 +50,9 @@ class GuidedSettings:
     """
 
     look_ahead: float = 7.0  # m of path that is checked: a little more than a D455 sees
-    close: float = 0.05  # m: a trajectory that comes nearer is worth replacing
-    accept: float = 0.10  # m: a new trajectory must keep this
-    aim: float = 0.20  # m: what the optimisation aims at
+    close: float = 0.10  # m: a trajectory that comes nearer is worth replacing
+    accept: float = 0.20  # m: a new trajectory must keep this
+    aim: float = 0.30  # m: what the optimisation aims at
     below: float = 0.35  # m under the flight height that must be free
     above: float = 0.35  # m over it
     half_size: float = 8.0  # m of the local map
@@ -117,6 +118,12 @@ class Guided:
         until = situation.now + s.look_ahead / situation.limits.speed
         with watch.stage("check"):
             close = inspect(active, view.field, situation.now, until, view.floor + s.close)
+            soon = active.at(min(situation.commit + active.interval, active.end)).velocity_site
+            if not _looks_ahead(view, active, situation.commit, float(np.linalg.norm(soon))):
+                halt = brake(active, situation.commit, situation.limits.acceleration)
+                return Stop(
+                    halt, "the camera has not looked where this leads", 0.0, watch.stages_ms
+                )
             if close.blocked_at is None and not view.stopped:
                 self._turn, self._guide = 0, None
                 return Keep(stages_ms=watch.stages_ms)
@@ -190,7 +197,12 @@ class Guided:
                 self._guide if attempt.other_side else None,
             )  # fmt: skip
             if isinstance(found, Detour):
-                return _avoid(view, found, close.blocked_at)
+                cruise = limits.speed * attempt.cruise
+                if not view.stopped or _looks_ahead(
+                    view, found.trajectory, view.head.begin, cruise
+                ):
+                    return _avoid(view, found, close.blocked_at)
+                found = NoDetour("the camera has not looked where it leads")
             result = found
             if not attempt.other_side and len(found.guide_site):
                 self._guide = found.guide_site
@@ -215,12 +227,12 @@ class Guided:
         left = inspect(active, view.field, situation.commit, until, view.floor)
         room = min(
             0.0 if left.blocked_at is None else left.blocked_at - s.stop_short,
-            _observed(active, view.band, situation.commit, until),
+            _looked(view, active, situation.commit, until),
         )
-        brake = brake_within(active, situation.commit, max(room, 0.0), s.gentle * most, most)
-        if not brake.fits:
+        halt = brake_within(active, situation.commit, max(room, 0.0), s.gentle * most, most)
+        if not halt.fits:
             why = f"{why}; full braking does not end {s.stop_short} m before it"
-        return Stop(brake.trajectory, why, blocked_at)
+        return Stop(halt.trajectory, why, blocked_at)
 
 
 def _avoid(view: _View, detour: Detour, blocked_at: float | None) -> Avoid:
@@ -235,13 +247,35 @@ def _avoid(view: _View, detour: Detour, blocked_at: float | None) -> Avoid:
     )
 
 
-def _observed(active: Trajectory, band: Band, begin: float, end: float) -> float:
-    """Path length from `begin` to the first place that was never seen, m; inf when all was."""
-    times = np.arange(begin, min(end, active.end), active.interval / 8)
+def _looks_ahead(view: _View, trajectory: Trajectory, begin: float, speed: float) -> bool:
+    """Whether the camera has looked at all that full braking from `speed` would cross.
+
+    Braking bites one interval after its knot; each frame asks again, up to the last before it.
+    """
+    limit = view.situation.limits.acceleration
+    needed = speed**2 / (2 * limit) + speed * trajectory.interval
+    return _looked(view, trajectory, begin, begin + 2 * needed / max(speed, 0.1)) >= needed
+
+
+def _looked(view: _View, trajectory: Trajectory, begin: float, end: float) -> float:
+    """Path length from `begin` to the first stretch not looked at yet, m; inf when all was.
+
+    Looked at is what the map has observed, and what lies in the camera's view now: rays that end
+    in the sky return nothing, and so clear nothing in the map. Gaps under _GAP do not count.
+    """
+    times = np.arange(begin, min(end, trajectory.end), trajectory.interval / 8)
     if len(times) == 0:
         return np.inf
-    places = active.sample(times)[0]
-    cells = np.floor((places[:, :2] - band.origin_site) / band.cell).astype(np.int64)
+    places, band = trajectory.sample(times)[0][:, :2], view.band
+    cells = np.floor((places - band.origin_site) / band.cell).astype(np.int64)
     cells = np.clip(cells, 0, np.array(band.observed.shape) - 1)
-    unseen = np.flatnonzero(~band.observed[cells[:, 0], cells[:, 1]])
-    return float(path_lengths(places)[unseen[0]]) if len(unseen) else np.inf
+    vehicle, camera = view.situation.vehicle, view.situation.frame.camera
+    nose = np.array([np.cos(vehicle.yaw_site), np.sin(vehicle.yaw_site)])
+    away = places - vehicle.position_site[:2]
+    depth, side = away @ nose, np.abs(away @ np.array([-nose[1], nose[0]]))
+    in_view = (depth < camera.range_max) & (side <= depth * camera.width / (2 * camera.fx))
+    looked = band.observed[cells[:, 0], cells[:, 1]] | in_view
+    lengths = path_lengths(places)
+    last = np.maximum.accumulate(np.where(looked, lengths, 0.0))
+    lost = np.flatnonzero(lengths - last >= _GAP)
+    return float(last[lost[0]]) if len(lost) else np.inf

@@ -15,6 +15,7 @@ from orchard_cli.model.trajectory import DEGREE, Trajectory
 
 from .braking import first_knot
 
+_FLOWN = 2.0  # s: no commit time lies further ahead than this
 _CUT = 8  # knots by which a detour may be shorter than what it replaces, when it cuts a corner
 
 
@@ -35,14 +36,16 @@ class Head:
 def head_at(active: Trajectory, commit: float, interval: float) -> Head:
     """The active trajectory up to its first knot at or after `commit`.
 
-    Past its end it stands still: the head then begins at `commit`, at rest at the end point, with
-    knots `interval` seconds apart.
+    Past its end it stands still. Soon after, the head goes on standing there; later, when all of
+    it has been flown for certain, the head begins anew at `commit`, with knots `interval` apart.
     """
-    if commit >= active.end:
-        rest = np.repeat(active.control_points_site[-1:], DEGREE, axis=0)
-        return Head(commit, interval, rest)
-    knot = first_knot(active, commit)
-    return Head(active.start, active.interval, active.control_points_site[: knot + DEGREE])
+    points = active.control_points_site
+    if commit > active.end + _FLOWN:
+        return Head(commit, interval, np.repeat(points[-1:], DEGREE, axis=0))
+    if commit > active.end:
+        more = int(np.ceil((commit - active.end) / active.interval))
+        return Head(active.start, active.interval, np.vstack([points, *[points[-1:]] * more]))
+    return Head(active.start, active.interval, points[: first_knot(active, commit) + DEGREE])
 
 
 def shared_tail(active: Trajectory, reference: Trajectory) -> int:

@@ -11,7 +11,7 @@ from orchard_cli.model.mission import Limits
 from orchard_cli.motion.situation import Avoid, Keep, Stop
 from orchard_cli.motion.splice import shared_tail
 
-from ..pole_world import PoleMap, avoids, fly, situation, straight_route
+from ..pole_world import CELL, LOWER, PoleMap, avoids, fly, situation, straight_route
 
 LIMITS = Limits()
 ROUTE = straight_route(40.0)
@@ -171,3 +171,16 @@ def test_height_of_the_reference_is_kept_where_it_climbs():
     assert flight.kinds() == ["Avoid"]
     expected = 3.5 + 0.02 * flight.positions[:, 0]
     assert np.abs(flight.positions[:, 2] - expected).max() < 0.03
+
+
+def test_never_flies_where_the_camera_has_not_looked():
+    grid = PoleMap([])
+    grid.observed[round((18.0 - LOWER) / CELL) :] = False
+    now = 18.6
+    ahead = Guided().plan(situation(now, now + 0.2, ROUTE, ROUTE, grid))
+    assert isinstance(ahead, Keep)  # the camera looks there now
+    aside = Guided().plan(situation(now, now + 0.2, ROUTE, ROUTE, grid, yaw=1.6))
+    assert isinstance(aside, Stop)
+    halt = aside.trajectory.at(aside.trajectory.end)
+    assert halt.position_site[0] - ROUTE.at(now).position_site[0] < 2.2
+    assert np.linalg.norm(halt.velocity_site) < 1e-9

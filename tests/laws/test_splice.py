@@ -52,6 +52,9 @@ def test_past_its_end_the_head_stands_still():
     head = head_at(ROUTE, ROUTE.end + 3.0, 0.5)
     assert head.begin == ROUTE.end + 3.0
     assert (head.control_points_site == ROUTE.control_points_site[-1]).all()
+    soon = head_at(ROUTE, ROUTE.end + 0.3, 0.5)
+    assert soon.begin >= ROUTE.end + 0.3
+    same_until(ROUTE, Trajectory(soon.start, soon.interval, soon.control_points_site), 30.0, 99.0)
 
 
 def test_other_intervals_are_not_mixed():
