@@ -27,7 +27,7 @@ from orchard_cli.motion.timing import TimedPath, time_path
 from . import checks, energy, route
 
 DENSITY = 2.0  # control points per metre of route (Liu 2024, §4.1)
-SHARPEST = math.radians(150.0)  # turn between the way from take-off and the first row
+SHARPEST = math.radians(175.0)  # turn between a row and the way to take-off or landing
 
 _MICRONS = 6  # decimals of a metre kept in a mission: files stay short, and what is saved is exact
 _PLACES = 9  # decimals of a degree kept: 0.1 mm

@@ -82,7 +82,10 @@ def test_curvature_of_a_right_angle_is_continuous_and_near_its_least():
     u = np.linspace(0, spline.knots[-1], 8001)
     curve = evaluate(spline, u)
     step = u[1]
-    d1, d2 = np.gradient(curve, step, axis=0), np.gradient(np.gradient(curve, step, axis=0), step, axis=0)
+    d1, d2 = (
+        np.gradient(curve, step, axis=0),
+        np.gradient(np.gradient(curve, step, axis=0), step, axis=0),
+    )
     curvature = np.cross(d1, d2)[:, 2] / np.linalg.norm(d1, axis=1) ** 3
     inner = curvature[10:-10]
     assert inner.max() < 1.15 * (math.sqrt(2) - 1) / 0.5
@@ -99,7 +102,10 @@ def test_rounded_path_has_short_even_steps_and_turns_gently(route, cut):
     assert (steps > 0).all()
     assert path.points_site[[0, -1]] == pytest.approx(route[[0, -1]])
     passed = np.array(
-        [np.interp(path.corner_lengths, lengths_of(path.points_site), c) for c in path.points_site.T]
+        [
+            np.interp(path.corner_lengths, lengths_of(path.points_site), c)
+            for c in path.points_site.T
+        ]
     ).T
     assert np.linalg.norm(passed - route[1:-1], axis=1) == pytest.approx(path.cuts, abs=0.01)
 

@@ -38,9 +38,7 @@ def test_site_to_wgs84_and_back_is_within_a_millimetre(origin, points_site):
 
 @pytest.mark.parametrize("heading_deg", [0.0, 30.0, 90.0, 200.0, 315.0])
 def test_x_points_along_the_compass_heading_and_y_to_its_left(heading_deg):
-    origin = SiteOrigin(
-        23.45, 113.13, 0.0, HeightReference.ELLIPSOID, math.radians(heading_deg)
-    )
+    origin = SiteOrigin(23.45, 113.13, 0.0, HeightReference.ELLIPSOID, math.radians(heading_deg))
     places = wgs84_from_site(origin, np.array([[100.0, 0, 0], [0, 100.0, 0], [0, 0, 7.0]]))
     geod = Geod(ellps="WGS84")
     for place, bearing in ((places[0], heading_deg), (places[1], heading_deg - 90)):

@@ -30,9 +30,7 @@ def paths(draw):
     heading, points = 0.0, [np.zeros(3)]
     for _ in range(draw(st.integers(1, 5))):
         step, slope = draw(st.floats(2, 20)), draw(st.floats(-0.3, 0.3))
-        points.append(
-            points[-1] + step * np.array([np.cos(heading), np.sin(heading), slope])
-        )
+        points.append(points[-1] + step * np.array([np.cos(heading), np.sin(heading), slope]))
         heading += draw(st.floats(-2.6, 2.6))
     return rounded(np.array(points), 0.5).points_site
 
