@@ -123,7 +123,9 @@ def _settings(choices: Choices) -> SimulatorSettings:
 def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equipment]:
     """The simulator without MAVSDK: as fast as it goes, the same bits for a seed."""
     position, yaw = _start(mission)
-    simulator = LockstepSimulator(world, mission.orchard.origin, position, yaw, _settings(choices))
+    simulator = LockstepSimulator(
+        world, mission.orchard.origin, position, yaw, _settings(choices), mission.takeoff_ground
+    )
     camera = _fitted(simulator.camera)
     cycle = onboard(mission, choices, camera.model).cycle
     try:
@@ -154,9 +156,11 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
     )
     with contextlib.ExitStack() as stack:
         stack.callback(simulator.close)
-        vehicle = connect(simulator.url, mission.orchard.origin, simulator.clock.now)
+        vehicle = connect(
+            simulator.url, mission.orchard.origin, simulator.clock.now, mission.takeoff_ground
+        )
         stack.callback(vehicle.close)
-        vehicle.mend_failsafes(vehicle.unsafe_failsafes(mission.flight_height_site))
+        vehicle.mend_failsafes(vehicle.unsafe_failsafes(mission.highest))
         worker = ThreadWorker(cycle)
         stack.callback(worker.close)
         yield Equipment(
@@ -186,7 +190,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
     clock = MonotonicClock()
     cycle = onboard(mission, choices, d455(*choices.camera)).cycle
     with contextlib.ExitStack() as stack:
-        vehicle = connect(url, mission.orchard.origin, clock.now)
+        vehicle = connect(url, mission.orchard.origin, clock.now, mission.takeoff_ground)
         stack.callback(vehicle.close)
         _demand_safe_failsafes(mission, vehicle, choices.mend_failsafes)
         worker = ThreadWorker(cycle)
@@ -211,7 +215,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
 
 
 def _demand_safe_failsafes(mission: Mission, vehicle: MavsdkVehicle, mend: bool) -> None:
-    unsafe = vehicle.unsafe_failsafes(mission.flight_height_site)
+    unsafe = vehicle.unsafe_failsafes(mission.highest)
     if unsafe and not mend:
         listed = "\n".join(f"  {finding}" for finding in unsafe)
         raise LinkError(

@@ -27,6 +27,7 @@ class Reporter:
 
     def __init__(self, mission: Mission, recorder: Recorder, display: Display, now: float) -> None:
         self._route = np.asarray(mission.waypoints_site)[:, :2]
+        self._ground = mission.takeoff_ground
         self._recorder = recorder
         self._display = display
         self._began = now
@@ -89,7 +90,7 @@ class Reporter:
             phase=decision.stage.phase,
             why=decision.stage.why,
             mode=vehicle.mode.value if vehicle else "no telemetry",
-            height=float(vehicle.position_site[2]) if vehicle else math.nan,
+            height=float(vehicle.position_site[2]) - self._ground if vehicle else math.nan,
             speed=float(np.linalg.norm(vehicle.velocity_site)) if vehicle else math.nan,
             cross_track=_off_line(self._route, vehicle) if vehicle else math.nan,
             progress=flown / (flown + left) if flown + left > 0 else 0.0,

@@ -198,7 +198,7 @@ class Flight:
             guard.disarm()
         self._streaming = setpoint is not None
         if decision.command is not None:
-            vehicle.command(decision.command, self._mission.flight_height_site)
+            vehicle.command(decision.command, self._mission.takeoff_height)
 
     def _tell(self, decision: Decision, seen: Seen, now: float) -> None:
         state, active = seen.vehicle, self._helm.guidance.active

@@ -104,10 +104,11 @@ def area_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fau
     """Where a path leaves the fence or enters a keep-out, with the airframe's radius to spare."""
     line = shapely.LineString(path_site[:, :2])
     room = limits.airframe_radius
-    faults = []
+    faults = _ring_faults(orchard)
+    if faults:
+        return faults
     if len(orchard.fence_site):
-        fence = shapely.Polygon(orchard.fence_site)
-        outside = line.difference(fence.buffer(-room))
+        outside = line.difference(shapely.Polygon(orchard.fence_site).buffer(-room))
         if not outside.is_empty:
             x, y = outside.representative_point().coords[0]
             faults.append(
@@ -125,6 +126,17 @@ def area_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fau
                 )
             )
     return faults
+
+
+def _ring_faults(orchard: Orchard) -> list[Fault]:
+    rings = {f"keep_out {k}": ring for k, ring in enumerate(orchard.keep_outs_site, 1)}
+    if len(orchard.fence_site):
+        rings["fence"] = orchard.fence_site
+    return [
+        Fault(name, "is no polygon, or its outline crosses itself", "order its corners")
+        for name, ring in rings.items()
+        if len(ring) < 3 or not shapely.Polygon(ring).is_valid
+    ]
 
 
 def battery_faults(energy_share: float, limits: Limits) -> list[Fault]:

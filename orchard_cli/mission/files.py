@@ -20,7 +20,7 @@ from jsonschema import Draft202012Validator
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.model.mission import Leg, Limits, Mission, Provenance, Segment
 from orchard_cli.model.site import HeightReference, KnownObstacle, Orchard, SiteOrigin, TreeRow
-from orchard_cli.model.trajectory import BSpline, Trajectory
+from orchard_cli.model.trajectory import DEGREE, BSpline, Trajectory
 
 from .checks import check
 
@@ -231,16 +231,19 @@ def _mission(d: dict[str, Any]) -> Mission:
         waypoints_wgs84=np.array(d["waypoints_wgs84"]),
         route_length=float(d["route_length_m"]),
         corner_cut=float(d["corner_cut_m"]),
-        spline=BSpline(
-            spline["degree"], np.array(spline["knots_m"]), np.array(spline["control_points_m"])
-        ),
+        spline=BSpline(DEGREE, np.array(spline["knots_m"]), np.array(spline["control_points_m"])),
         trajectory=Trajectory(
             float(trajectory["start_s"]),
             float(trajectory["interval_s"]),
             np.array(trajectory["control_points_m"]),
         ),
         segments=tuple(
-            Segment(Leg(s["leg"]), float(s["start_s"]), float(s["end_s"]), s.get("row"))
+            Segment(
+                Leg(s["leg"]),
+                float(s["start_s"]),
+                float(s["end_s"]),
+                int(s["row"]) if "row" in s else None,
+            )
             for s in d["segments"]
         ),
         takeoff_site=np.array(d["takeoff_m"]),

@@ -94,6 +94,21 @@ class Mission:
         return end - start
 
     @property
+    def takeoff_ground(self) -> float:
+        """z of the ground at the take-off point, m in the site frame."""
+        return self.orchard.ground_near(self.takeoff_site)
+
+    @property
+    def takeoff_height(self) -> float:
+        """Metres above the take-off ground at which the trajectory starts."""
+        return float(self.trajectory.control_points_site[0, 2]) - self.takeoff_ground
+
+    @property
+    def highest(self) -> float:
+        """Metres above the take-off ground of the route's highest waypoint."""
+        return float(self.waypoints_site[:, 2].max()) - self.takeoff_ground
+
+    @property
     def flight_height_site(self) -> float:
         """z of the trajectory's start, m: where take-off ends."""
         return float(self.trajectory.control_points_site[0, 2])

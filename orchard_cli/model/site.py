@@ -7,7 +7,7 @@ from enum import Enum
 
 import numpy as np
 
-from .arrays import Array, Points, frozen
+from .arrays import Array, Points, Vector, frozen
 
 
 class HeightReference(Enum):
@@ -79,6 +79,12 @@ class Orchard:
         object.__setattr__(self, "fence_site", frozen(self.fence_site, (None, 2), "fence"))
         keep_outs = tuple(frozen(ring, (None, 2), "keep-out") for ring in self.keep_outs_site)
         object.__setattr__(self, "keep_outs_site", keep_outs)
+
+    def ground_near(self, place_site: Vector) -> float:
+        """Height of the ground near (2,) m, above the origin's: that at the nearest trunk."""
+        trunks = np.concatenate([row.trunks_site for row in self.rows])
+        ground = np.concatenate([row.ground for row in self.rows])
+        return float(ground[np.hypot(*(trunks - place_site[:2]).T).argmin()])
 
     @property
     def canopy_top_site(self) -> float:

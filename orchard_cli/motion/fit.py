@@ -24,7 +24,7 @@ RAMP = 0.5
 
 The curvature rises in a straight line, stays, and falls: of all shapes with a given cut and a
 given steepness of curvature this has the lowest peak. 0 would be an arc, whose curvature steps
-(peak 0.41 / cut at a right angle); 1 two clothoids (peak 0.55 / cut); 0.5 costs 6% more than the
+(peak 0.41 / cut at a right angle); 1 two clothoids (peak 0.55 / cut); 0.5 costs 9% more than the
 arc and gives ramps that are longer than the spline's knot distance at the usual cut.
 """
 

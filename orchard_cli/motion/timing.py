@@ -93,7 +93,9 @@ def time_path(path_site: Points, limits: PathLimits, interval: float | None = No
         over = over_limits(timed.trajectory, limits)
         if max(over.values()) <= 1 + TOLERANCE / 2:  # the rest is for rounding in files
             break
-        aim = PathLimits(**{name: getattr(aim, name) / max(1, share) ** _EAGER for name, share in over.items()})
+        aim = PathLimits(
+            **{name: getattr(aim, name) / max(1, share) ** _EAGER for name, share in over.items()}
+        )
     return timed
 
 

@@ -44,10 +44,11 @@ class LockstepSimulator:
         start_site: tuple[float, float],
         start_yaw_site: float,
         settings: SimulatorSettings | None = None,
+        ground_site: float = 0.0,
     ) -> None:
         self.origin = origin
         self._run = Run(world, start_site, start_yaw_site, settings or SimulatorSettings())
-        self.vehicle = LockstepVehicle(self._run.autopilot)
+        self.vehicle = LockstepVehicle(self._run.autopilot, ground_site)
         self.camera = LockstepCamera(self._run.camera) if self._run.camera else None
         self.truth = LockstepTruth()
         self.clock = LockstepClock(self)
@@ -89,16 +90,17 @@ class LockstepVehicle:
 
     A setpoint is sent again and again until `stop_sending`; mode, arming and readiness are heard
     once a second; a mode change is accepted before it is decided; height is counted from the
-    ground that the disarmed vehicle stands on.
+    ground that the disarmed vehicle stands on, which is at `ground_site` m in the site frame.
     """
 
-    def __init__(self, autopilot: Autopilot) -> None:
+    def __init__(self, autopilot: Autopilot, ground_site: float) -> None:
         self._autopilot = autopilot
+        self._ground_site = ground_site
         self._streaming: Setpoint | None = None
         self._answers: list[Answer] = []
         self._poses: deque[Pose] = deque(maxlen=256)
         self._ticks = 0
-        self._ground = float(autopilot.seen.position_site[2])
+        self._raised = float(autopilot.seen.position_site[2]) - ground_site
         self._heard = self._listen()
 
     def state(self) -> VehicleState | None:
@@ -158,7 +160,7 @@ class LockstepVehicle:
         self._ticks += 1
         a = self._autopilot
         if not a.armed:
-            self._ground = float(a.seen.position_site[2])
+            self._raised = float(a.seen.position_site[2]) - self._ground_site
         if self._ticks % POSE_EVERY == 0:
             place = self._lowered(a.seen.position_site)
             self._poses.append(Pose(a.seen.time, place, a.seen.site_from_body))
@@ -170,13 +172,13 @@ class LockstepVehicle:
         return a.armed, a.mode, () if a.armed else a.not_ready()
 
     def _lowered(self, position_site: Vector) -> Vector:
-        return np.asarray(position_site - np.array([0.0, 0.0, self._ground]))
+        return np.asarray(position_site - np.array([0.0, 0.0, self._raised]))
 
     def _stream(self) -> None:
         s = self._streaming
         if s is None:
             return
-        position = np.asarray(s.position_site) + np.array([0.0, 0.0, self._ground])
+        position = np.asarray(s.position_site) + np.array([0.0, 0.0, self._raised])
         self._autopilot.offboard(
             Wanted(
                 self._autopilot.time, position, np.asarray(s.velocity_site),

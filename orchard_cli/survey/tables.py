@@ -97,19 +97,26 @@ def read_wishes(flight: Table, vehicle: Table) -> FlightWishes:
             f"is less than the airframe's radius of {limits.airframe_radius:g} m",
             "it is measured from the airframe's centre",
         )
-    wishes = {
-        "height": flight.number("height_m", 0.5, 100),
-        "height_above": flight.choice("height_above", HeightAbove, HeightAbove.GROUND),
-        "start_row": flight.choice("start_row", StartRow, StartRow.FIRST),
-        "start_side": flight.choice("start_side", StartSide, StartSide.NEAR),
-        "swath": flight.number("swath_m", 0.2, 20, 3.0),
-        "corner_cut": flight.number("corner_cut_m", 0.2, 3.0, 0.5),
-    }
-    places = {f"{name}_site": flight.point(f"{name}_m") for name in ("takeoff", "landing")}
+    wishes = FlightWishes(
+        height=flight.number("height_m", 0.5, 100),
+        height_above=flight.choice("height_above", HeightAbove, HeightAbove.GROUND),
+        start_row=flight.choice("start_row", StartRow, StartRow.FIRST),
+        start_side=flight.choice("start_side", StartSide, StartSide.NEAR),
+        swath=flight.number("swath_m", 0.2, 20, 3.0),
+        corner_cut=flight.number("corner_cut_m", 0.2, 3.0, 0.5),
+        takeoff_site=_place(flight, "takeoff_m"),
+        landing_site=_place(flight, "landing_m"),
+        limits=limits,
+    )
     flight.done()
     vehicle.done()
-    known = {k: v if v is not None and np.isfinite(v).all() else None for k, v in places.items()}
-    return FlightWishes(**wishes, **known, limits=limits)  # type: ignore[arg-type]
+    return wishes
+
+
+def _place(table: Table, key: str) -> np.ndarray | None:
+    """An optional (2,) m; None, too, when it is wrong and was complained of."""
+    point = table.point(key)
+    return None if point is None or not np.isfinite(point).all() else np.array(point)
 
 
 def read_rows(tables: list[Table]) -> list[TapedRow]:

@@ -21,7 +21,7 @@ class LocalFrame:
     """
 
     heading: float  # rad, compass heading of the site's +x
-    origin_site: Vector  # (3,) m: the local frame's origin; z such that the ground is at 0
+    origin_site: Vector  # (3,) m: the local frame's origin, moved to the ground in height
 
     @property
     def _rotation(self) -> Array:

@@ -12,6 +12,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import mavsdk
@@ -52,8 +53,12 @@ _RATES = (  # Hz; what is not needed is turned down, so that the link carries wh
 )
 
 
-def connect(url: str, origin: SiteOrigin, now: Now, patience: float = 15.0) -> MavsdkVehicle:
+def connect(
+    url: str, origin: SiteOrigin, now: Now, ground_site: float = 0.0, patience: float = 15.0
+) -> MavsdkVehicle:
     """Wait up to `patience` s of real time for an autopilot on a MAVSDK connection URL.
+
+    `ground_site` is the z in the site frame, m, of the ground that the disarmed vehicle stands on.
 
     Raises LinkError with what was waited for when none answers.
     """
@@ -64,7 +69,8 @@ def connect(url: str, origin: SiteOrigin, now: Now, patience: float = 15.0) -> M
     )
     hub = mavsdk.Mavsdk(configuration)
     try:
-        return MavsdkVehicle(hub, _first_autopilot(hub, url, patience), origin, now, lock)
+        system = _first_autopilot(hub, url, patience)
+        return MavsdkVehicle(hub, system, _Place(origin, ground_site), now, lock)
     except BaseException:
         hub.destroy()
         lock.release()
@@ -85,11 +91,19 @@ def _first_autopilot(hub: mavsdk.Mavsdk, url: str, patience: float) -> Any:
     return system
 
 
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where the site is, and how high the ground under the standing vehicle."""
+
+    origin: SiteOrigin
+    ground_site: float  # m
+
+
 class MavsdkVehicle:
     """Fits flight/ports.py `Vehicle`."""
 
     def __init__(
-        self, hub: mavsdk.Mavsdk, system: Any, origin: SiteOrigin, now: Now, lock: PortLock
+        self, hub: mavsdk.Mavsdk, system: Any, place: _Place, now: Now, lock: PortLock
     ) -> None:
         self._hub = hub
         self._lock = lock
@@ -100,7 +114,7 @@ class MavsdkVehicle:
         self._events = Events(system)
         self._offboard: Any = Offboard(system)
         self._telemetry = Telemetry(system)
-        self._frame = self._local_frame(origin, FIX_PATIENCE)
+        self._frame = self._local_frame(place, FIX_PATIENCE)
         self._feed = TelemetryFeed(self._telemetry, self._frame, now)
         self._answers: deque[Answer] = deque()
         self._wishes: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -184,7 +198,7 @@ class MavsdkVehicle:
         except mavsdk.MavsdkError:
             return None
 
-    def _local_frame(self, origin: SiteOrigin, patience: float) -> LocalFrame:
+    def _local_frame(self, place: _Place, patience: float) -> LocalFrame:
         """The autopilot tells its global origin only once it has a fix, and not before."""
         until = time.monotonic() + patience
         while True:
@@ -198,9 +212,10 @@ class MavsdkVehicle:
                         "wait for a GPS fix under the open sky"
                     ) from None
                 time.sleep(0.2)
-        place = np.array([[local.latitude_deg, local.longitude_deg, origin.height]])
-        x, y, _ = site_from_wgs84(origin, place)[0]
-        return LocalFrame(origin.heading, np.array([x, y, 0.0]))
+        origin = place.origin
+        there = np.array([[local.latitude_deg, local.longitude_deg, origin.height]])
+        x, y, _ = site_from_wgs84(origin, there)[0]
+        return LocalFrame(origin.heading, np.array([x, y, place.ground_site]))
 
     def _on_connected(self, connected: bool) -> None:
         if connected:  # an autopilot that rebooted has forgotten its rates
