@@ -10,7 +10,7 @@ import numpy as np
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.geometry.geodesy import wgs84_from_site
 from orchard_cli.model.arrays import Array, Points, Vector
-from orchard_cli.model.mission import Leg, Mission, Provenance, Segment
+from orchard_cli.model.mission import Leg, Limits, Mission, Provenance, Segment
 from orchard_cli.model.site import Orchard
 from orchard_cli.model.trajectory import BSpline, Trajectory
 from orchard_cli.model.wishes import FlightWishes
@@ -47,17 +47,12 @@ def plan(orchard: Orchard, wishes: FlightWishes, provenance: Provenance) -> Miss
     approach, departure = _way_in(wishes, waypoints), _way_out(wishes, waypoints)
     path = np.concatenate([approach[:-1], curve, departure[1:]])
     timed = time_path(path, checks.path_limits(limits))
-    trajectory = Trajectory(
-        0.0,
-        timed.trajectory.interval,
-        np.round(timed.trajectory.control_points_site, _MICRONS),
-    )
-    up, down = path[0, 2] - _ground(orchard, path[0]), path[-1, 2] - _ground(orchard, path[-1])
+    trajectory = _tidy(timed.trajectory)
     mission = Mission(
         name=orchard.name,
         orchard=orchard,
         waypoints_site=waypoints,
-        waypoints_wgs84=_round_places(wgs84_from_site(orchard.origin, waypoints)),
+        waypoints_wgs84=_tidy_places(wgs84_from_site(orchard.origin, waypoints)),
         route_length=length,
         corner_cut=wishes.corner_cut,
         spline=spline,
@@ -67,11 +62,10 @@ def plan(orchard: Orchard, wishes: FlightWishes, provenance: Provenance) -> Miss
         landing_site=path[-1, :2],
         limits=limits,
         swath=wishes.swath,
-        energy_share=round(energy.share(trajectory.end, up, down, limits), 6),
+        energy_share=_energy_share(orchard, path, trajectory, limits),
         provenance=provenance,
     )
-    faults = checks.check(mission)
-    if faults:
+    if faults := checks.check(mission):
         raise InputError(faults)
     return mission
 
@@ -112,19 +106,27 @@ def _refuse_hopeless(
 ) -> None:
     """Refuse before the costly part: a route beyond the battery, or a take-off in a bad place."""
     limits = wishes.limits
-    faults = checks.battery_faults(length / limits.speed / limits.endurance, limits)
-    if faults:
-        spacing = max(checks.SAMPLING, length / 50_000)
+    faults = _end_faults(wishes, waypoints)
+    beyond = checks.battery_faults(length / limits.speed / limits.endurance, limits)
+    if beyond:
         along = lengths_of(waypoints)
-        at = np.linspace(0.0, length, int(length / spacing) + 2)
+        at = np.linspace(0.0, length, min(int(length / checks.SAMPLING), 50_000) + 2)
         path = np.column_stack([np.interp(at, along, axis) for axis in waypoints.T])
+        faults += beyond
         faults += checks.canopy_faults(orchard, limits, path)
         faults += checks.area_faults(orchard, limits, path)
+    if faults:
+        raise InputError(faults)
+
+
+def _end_faults(wishes: FlightWishes, waypoints: Points) -> list[Fault]:
+    """Take-off or landing on the row's own line: the way there would turn back on itself."""
+    faults = []
     for name, site, end, inner in (
         ("takeoff_m", wishes.takeoff_site, waypoints[0], waypoints[1]),
         ("landing_m", wishes.landing_site, waypoints[-1], waypoints[-2]),
     ):
-        run = route.run_up_point(end, inner, limits)
+        run = route.run_up_point(end, inner, wishes.limits)
         if site is not None and _turn(site - run[:2], run[:2] - end[:2]) > SHARPEST:
             faults.append(
                 Fault(
@@ -133,8 +135,7 @@ def _refuse_hopeless(
                     f"move it outwards, to ({run[0]:.1f}, {run[1]:.1f}) say, or leave it out",
                 )
             )
-    if faults:
-        raise InputError(faults)
+    return faults
 
 
 def _turn(a: Vector, b: Vector) -> float:
@@ -161,14 +162,17 @@ def _joined(site: Vector | None, run: Vector, end: Vector, cut: float) -> Points
     return np.round(rounded(np.array(corners), cut).points_site, _MICRONS)
 
 
-def _ground(orchard: Orchard, point: Vector) -> float:
-    """Height of the ground near a point, m: that at the nearest trunk."""
-    trunks = np.concatenate([row.trunks_site for row in orchard.rows])
-    ground = np.concatenate([row.ground for row in orchard.rows])
-    return float(ground[np.hypot(*(trunks - point[:2]).T).argmin()])
+def _energy_share(orchard: Orchard, path: Points, trajectory: Trajectory, limits: Limits) -> float:
+    up, down = (end[2] - orchard.ground_near(end[:2]) for end in (path[0], path[-1]))
+    return round(energy.share(trajectory.end, float(up), float(down), limits), _MICRONS)
 
 
-def _round_places(places_wgs84: Array) -> Array:
+def _tidy(trajectory: Trajectory) -> Trajectory:
+    control = np.round(trajectory.control_points_site, _MICRONS)
+    return Trajectory(trajectory.start, trajectory.interval, control)
+
+
+def _tidy_places(places_wgs84: Array) -> Array:
     return np.column_stack(
         [np.round(places_wgs84[:, :2], _PLACES), np.round(places_wgs84[:, 2], _MICRONS)]
     )

@@ -9,8 +9,7 @@ Three steps, each of which keeps what the one before has promised:
    point first takes the tightest bend that lies within the average's reach.
 3. The cubic B-spline's control points are taken from samples of that motion by the local
    quasi-interpolant (f - Δ²f/6), which is fourth-order exact and, unlike interpolation, does not
-   ring. Where the
-   spline still exceeds a limit, the accelerations are lowered and the steps repeated.
+   ring. Where the spline still exceeds a limit, that limit is lowered and the steps repeated.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ EASE = 1.0
 TOLERANCE = 0.01
 """Share by which a trajectory may exceed a limit: the spline only approximates the time law."""
 
-_ROUNDS = 10  # of lowering the law's accelerations until the spline keeps the limits
+_ROUNDS = 10  # of lowering the law's limits until the spline keeps its own
 _EAGER = 1.3  # power of the excess by which a limit is lowered
 _TICK = 0.01  # s, resolution of the average and of the check
 _STEEP = 1e-6  # m: a chord with less horizontal length has no heading

@@ -178,6 +178,12 @@ def test_faults_of_the_schema_are_told_together():
         (lambda d: d["waypoints_m"][3].__setitem__(1, 9.0), "waypoints"),
         (lambda d: d["trajectory"]["control_points_m"][300].__setitem__(2, 2.0), "row"),
         (lambda d: d["segments"].pop(2), "segments"),
+        (
+            lambda d: d["orchard"].update(fence_m=[[-50, -50], [90, 90], [90, -50], [-50, 90]]),
+            "fence",
+        ),
+        (lambda d: d["orchard"].update(fence_m=[[-50, -50], [90, 90]]), "fence"),
+        (lambda d: d["orchard"].update(keep_outs_m=[[[0, 0], [9, 9], [9, 0], [0, 9]]]), "keep_out"),
     ],
 )
 def test_a_fault_of_the_physics_is_refused(change, where):

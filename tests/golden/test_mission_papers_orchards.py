@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ MISSIONS = Path(__file__).parents[2] / "missions"
 ORCHARDS = ("lemon-gazebo", "lemon-field")
 
 
+@cache
 def load(name):
     return missions.load(MISSIONS / f"{name}.mission.json")
 

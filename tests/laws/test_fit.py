@@ -41,7 +41,7 @@ def routes(draw):
 
 
 @given(routes(), st.floats(0.2, 1.5))
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 def test_no_corner_is_cut_by_more_than_asked(route, cut):
     path, spline = fit_rounded(route, cut, round(2 * lengths_of(route)[-1]))
     assert distances(route[1:-1], samples(spline)).max() <= cut + 1e-6
@@ -49,7 +49,7 @@ def test_no_corner_is_cut_by_more_than_asked(route, cut):
 
 
 @given(routes(), st.floats(0.2, 1.0))
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 def test_outside_the_corners_the_curve_stays_within_a_centimetre_of_the_straights(route, cut):
     _, spline = fit_rounded(route, cut, round(2 * lengths_of(route)[-1]))
     curve = samples(spline)
@@ -94,7 +94,7 @@ def test_curvature_of_a_right_angle_is_continuous_and_near_its_least():
 
 
 @given(routes(), st.floats(0.05, 3.0))
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 def test_rounded_path_has_short_even_steps_and_turns_gently(route, cut):
     path = rounded(route, cut)
     steps = np.linalg.norm(np.diff(path.points_site, axis=0), axis=1)
