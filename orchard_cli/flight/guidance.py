@@ -111,15 +111,16 @@ class Guidance:
         self._pending = None
         return route
 
-    def take(self, verdict: Verdict, now: float) -> bool:
-        """Fly what the avoidance system answered; False when it came too late to be joined."""
+    def take(self, verdict: Verdict, commit: float, now: float) -> bool:
+        """Fly what the avoidance system answered; False when it came too late to be joined.
+
+        Until `commit` the answer equals the active trajectory.
+        """
         if isinstance(verdict, Keep):
             return True
-        if self._reference is None:
+        if self._reference is None or now > commit:
             return False
         if isinstance(verdict, Avoid):
-            if now > verdict.begin:
-                return False
             if not self.avoiding(now):
                 self._avoiding_from = verdict.begin
             self._avoiding_until = verdict.rejoin

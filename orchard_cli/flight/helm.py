@@ -46,10 +46,10 @@ class Helm:
             self.trail.add(state.position_site)
         return self.guidance.setpoint(now)
 
-    def take(self, verdict: Verdict, now: float) -> bool:
+    def take(self, verdict: Verdict, commit: float, now: float) -> bool:
         """Fly what the avoidance system answered; False when it came too late."""
         before, stopped = self.guidance.active, self.guidance.blocked
-        taken = self.guidance.take(verdict, now)
+        taken = self.guidance.take(verdict, commit, now)
         if taken and isinstance(verdict, Stop) and not stopped:
             self._remember(before, now)
         return taken

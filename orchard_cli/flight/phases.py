@@ -12,7 +12,7 @@ from enum import Enum
 
 from orchard_cli.model.vehicle import Command, FlightMode, Landed
 
-from .safety import Hazard, Phase, Request, Seen, Tolerances, hazards, reaction
+from .safety import TABLE, Hazard, Phase, Request, Seen, Tolerances, hazards, reaction
 
 ASK_AGAIN = 2.0  # s between two requests of the same thing: modes are told once a second
 READY_LIMIT = 60.0  # s for the autopilot to become ready
@@ -56,7 +56,7 @@ class Decision:
     stage: Stage
     steer: Steer
     command: Command | None
-    hazards: tuple[Hazard, ...]
+    hazards: tuple[Hazard, ...]  # those that matter in this phase
 
 
 def begin(now: float) -> Stage:
@@ -78,7 +78,8 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
         after = replace(after, asked=command, asked_at=now)
     else:
         command = None
-    return Decision(after, _steer(after, seen), command, found)
+    matter = tuple(h for h in found if stage.phase is Phase.HOLD or TABLE[stage.phase, h])
+    return Decision(after, _steer(after, seen), command, matter)
 
 
 def _to(stage: Stage, phase: Phase, now: float, why: str) -> Stage:

@@ -131,7 +131,7 @@ class Flight:
         before = self._helm.guidance.active
         if result.job.active is not before:
             return
-        if not self._helm.take(result.verdict, now):
+        if not self._helm.take(result.verdict, result.job.commit, now):
             self._gear.reporter.say(now, Severity.WARNING, "an avoidance came too late to be flown")
         after = self._helm.guidance.active
         if after is not None and after is not before:
