@@ -30,7 +30,7 @@ EASE = 1.0
 TOLERANCE = 0.01
 """Share by which a trajectory may exceed a limit: the spline only approximates the time law."""
 
-_ROUNDS = 10  # of lowering the law's limits until the spline keeps its own
+_ROUNDS = 30  # of lowering the law's limits until the spline keeps its own
 _EAGER = 1.3  # power of the excess by which a limit is lowered
 _TICK = 0.01  # s, resolution of the average and of the check
 _STEEP = 1e-6  # m: a chord with less horizontal length has no heading
@@ -195,8 +195,12 @@ class _Bends:
         first = np.searchsorted(times, times - reach, side="left")
         last = np.searchsorted(times, times + reach, side="right")
 
+        spans = np.column_stack([first, last]).ravel()
+
         def widest(values: Array) -> Array:
-            return np.array([values[a:b].max() for a, b in zip(first, last, strict=True)])
+            """Greatest value of each [first, last); the added 0 lets a span end at the end."""
+            within: Array = np.maximum.reduceat(np.append(values, 0.0), spans)[::2]
+            return within
 
         return _Bends(widest(self.curvature), widest(self.turning), widest(self.slope))
 
