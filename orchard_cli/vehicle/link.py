@@ -78,10 +78,12 @@ def connect(
 
 
 def _first_autopilot(hub: mavsdk.Mavsdk, url: str, patience: float) -> Any:
-    try:
-        hub.add_any_connection(url)
-    except Exception as error:  # MAVSDK raises its own and the built-in ConnectionError
-        raise LinkError(f"cannot open {url}: {error}") from error
+    opened = hub.add_any_connection(url)
+    if opened is not mavsdk.ConnectionResult.SUCCESS:
+        raise LinkError(
+            f"cannot open {url}: {opened.name}; URLs look like udpin://0.0.0.0:14540, "
+            "tcpout://HOST:PORT or serial:///dev/ttyUSB0:921600"
+        )
     system = hub.first_autopilot(patience)
     if system is None:
         raise LinkError(
@@ -217,7 +219,7 @@ class MavsdkVehicle:
         x, y, _ = site_from_wgs84(origin, there)[0]
         return LocalFrame(origin.heading, np.array([x, y, place.ground_site]))
 
-    def _on_connected(self, connected: bool) -> None:
+    def _on_connected(self, connected: bool, _: Any) -> None:
         if connected:  # an autopilot that rebooted has forgotten its rates
             self._wishes.put(self._set_rates)
 
