@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from orchard_cli.model.arrays import Array, Vector
+from orchard_cli.model.flown import Contact
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,3 +53,4 @@ class Metrics:
     start: float | None  # s, flight clock: first waypoint reached
     end: float | None  # s: last waypoint reached, or where the route was given up
     notes: tuple[str, ...]  # what a reader of the figures must know
+    contacts: tuple[Contact, ...] = ()  # what was touched, as far as it is known

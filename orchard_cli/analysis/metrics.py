@@ -12,6 +12,7 @@ from orchard_cli.model.flown import FlownLog
 from orchard_cli.model.mission import Mission
 
 from . import signals
+from .contact import contacts_figure, until_contact
 from .coverage import coverage
 from .detours import avoidances, nearest
 from .figures import Avoidance, Clearances, Figure, Metrics, Unknown
@@ -30,6 +31,7 @@ def measure(log: FlownLog, mission: Mission, clearances: Clearances | Unknown) -
     `clearances`: distances to the simulated world along the true path; Unknown says why there
     are none, and then the map that was built in flight is used if the log holds it.
     """
+    log, clearances = until_contact(log, clearances)
     flown = route(log, mission)
     found: tuple[Avoidance, ...] = ()
     figures: Figures = {}
@@ -39,12 +41,14 @@ def measure(log: FlownLog, mission: Mission, clearances: Clearances | Unknown) -
         found = avoidances(log, mission, flown, clearances)
         figures |= _route_figures(log, mission, flown, found)
     figures |= _clearance_figures(log, clearances)
+    figures["contacts"] = contacts_figure(log)
     figures |= _coverage_figures(log, mission)
     figures |= _planner_figures(log)
     figures |= _battery_figures(log)
     figures["liquid_used_l"] = Unknown("the log holds no tank level")
     start, end = (None, None) if isinstance(flown, Unknown) else (flown.start, flown.end)
-    return Metrics(figures, found, start, end, (*log.notes, *_notes(log, flown)))
+    notes = (*log.notes, *_notes(log, flown))
+    return Metrics(figures, found, start, end, notes, log.contacts or ())
 
 
 _DEVIATIONS = ("mean", "rms", "p95", "max")
@@ -172,7 +176,7 @@ def _battery_figures(log: FlownLog) -> Figures:
 
 
 def _notes(log: FlownLog, flown: Route | Unknown) -> list[str]:
-    notes = []
+    notes = [f"touched {touched}" for touched in log.contacts or ()]
     if not isinstance(flown, Unknown) and not flown.completed:
         notes.append("the last waypoint was not reached: deviations are up to the route's end")
     gaps = np.diff(log.odometry.times)

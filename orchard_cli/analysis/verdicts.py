@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from orchard_cli.model.mission import Mission
+from orchard_cli.motion.timing import TOLERANCE
 
 from .figures import Metrics, Unknown
 
@@ -25,6 +26,7 @@ class Verdict:
     limit: float
     found: float | Unknown
     kept: bool | None
+    found_text: str = ""  # what was found, where the figure alone says too little
 
 
 def verdicts(metrics: Metrics, mission: Mission) -> tuple[Verdict, ...]:
@@ -33,14 +35,17 @@ def verdicts(metrics: Metrics, mission: Mission) -> tuple[Verdict, ...]:
     above: Callable[[float, float], bool] = lambda found, limit: found >= limit  # noqa: E731
     below: Callable[[float, float], bool] = lambda found, limit: found <= limit  # noqa: E731
     rules = (
+        ("contacts", "nothing is touched in the air", 0, below),
         ("clearance_min_m", "obstacles are passed no nearer than the mission's clearance",
          limits.clearance, above),
         ("clearance_trees_min_m", "no tree is touched: farther than the airframe's radius",
          limits.airframe_radius, above),
         ("speed_max_m_s", f"speed stays under {TRACKING} times the mission's",
          TRACKING * limits.speed, below),
-        ("acceleration_planned_max_m_s2", "no command asks for more than the mission's limit",
-         limits.acceleration, below),
+        ("acceleration_planned_max_m_s2",
+         "no command asks for more than the mission's limit, "
+         f"within the time law's tolerance of {TOLERANCE:.0%}",
+         (1 + TOLERANCE) * limits.acceleration, below),
         ("yaw_rate_max_rad_s", f"yaw rate stays under {TRACKING} times the mission's",
          TRACKING * limits.yaw_rate, below),
         ("battery_left_percent", "the battery's reserve is left at the end",
@@ -48,7 +53,12 @@ def verdicts(metrics: Metrics, mission: Mission) -> tuple[Verdict, ...]:
     )  # fmt: skip
     return tuple(
         Verdict(
-            name, rule, limit, found, None if isinstance(found, Unknown) else test(found, limit)
+            name,
+            rule,
+            limit,
+            found,
+            None if isinstance(found, Unknown) else test(found, limit),
+            ", ".join(map(str, metrics.contacts)) if name == "contacts" else "",
         )
         for name, rule, limit, test in rules
         for found in (metrics.figures[name],)

@@ -170,6 +170,7 @@ def _entry(result: Analyzed) -> dict[str, Any]:
                 "rule": one.rule,
                 "limit": one.limit,
                 "found": number(one.found),
+                "found_text": one.found_text,
                 "kept": one.kept,
             }
             for one in result.verdicts
@@ -185,15 +186,18 @@ def draw(path: Path, results: Sequence[Analyzed]) -> None:
 
     first = results[0]
     world = first.world if first.world is not None else from_orchard(first.mission.orchard)
-    named = zip(names(results), results, strict=True)
-    flights = [Flight(name, result.log, result.metrics) for name, result in named]
+    flights = [
+        Flight(name if name == result.log.system else f"{name}: {result.log.file}",
+               result.log, result.metrics)
+        for name, result in zip(names(results), results, strict=True)
+    ]  # fmt: skip
     save(path, first.mission, flights, world.poles)
 
 
 def names(results: Sequence[Analyzed]) -> list[str]:
-    """A short name for each flight: its system, and its file where systems repeat."""
+    """A short name for each flight: its system, numbered where systems repeat."""
     systems = [result.log.system for result in results]
     return [
-        system if systems.count(system) == 1 else f"{system}, {result.log.file}"
-        for system, result in zip(systems, results, strict=True)
+        system if systems.count(system) == 1 else f"{system} {systems[:i].count(system) + 1}"
+        for i, system in enumerate(systems)
     ]

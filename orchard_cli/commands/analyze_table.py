@@ -17,7 +17,11 @@ from .analyze import Analyzed, names
 def show(results: Sequence[Analyzed], published: Sequence[Published]) -> None:
     """Metrics side by side, then each flight's verdicts, latencies and notes, on stdout."""
     console = Console()
-    console.print(_metrics(results, published))
+    for table in _metrics(results, published, console.width):
+        console.print(table)
+    if len(results) > 1:
+        for name, result in zip(names(results), results, strict=True):
+            console.print(f"  {name}: {result.log.file}", highlight=False, soft_wrap=True)
     for name, result in zip(names(results), results, strict=True):
         console.print(_verdicts(name, result))
         if latencies(result.metrics):
@@ -28,13 +32,34 @@ def show(results: Sequence[Analyzed], published: Sequence[Published]) -> None:
             console.print(f"  {note}", style="dim", highlight=False)
 
 
-def _metrics(results: Sequence[Analyzed], published: Sequence[Published]) -> Table:
+def _metrics(
+    results: Sequence[Analyzed], published: Sequence[Published], width: int
+) -> list[Table]:
+    """All columns in as many tables, one below the other, as the width asks for."""
+    rows = comparison([result.metrics for result in results], published)
+    first = ["metric", *(row.metric for row in rows)]
+    heads = (*names(results), *(paper.name for paper in published))
+    groups: list[list[list[str]]] = [[first]]
+    for i, head in enumerate(heads):
+        column = [head, *(_text(row.cells[i]) for row in rows)]
+        if len(groups[-1]) > 1 and _wide([*groups[-1], column]) > width:
+            groups.append([first])
+        groups[-1].append(column)
+    return [_side_by_side(group) for group in groups]
+
+
+def _wide(columns: Sequence[Sequence[str]]) -> int:
+    """Characters in a line of these columns, two between them."""
+    return sum(max(map(len, column)) + 2 for column in columns) - 2
+
+
+def _side_by_side(columns: Sequence[Sequence[str]]) -> Table:
+    """Columns, each with its head first; a figure and its delta stay in one piece."""
     table = Table(title="Metrics", title_justify="left", box=None, pad_edge=False)
-    table.add_column("metric", no_wrap=True)
-    for column in (*names(results), *(paper.name for paper in published)):
-        table.add_column(column, justify="right")
-    for row in comparison([result.metrics for result in results], published):
-        table.add_row(row.metric, *(_text(cell) for cell in row.cells))
+    for i, (head, *_) in enumerate(columns):
+        table.add_column(head, justify="right" if i else "left", no_wrap=True)
+    for line in zip(*(cells for _, *cells in columns), strict=True):
+        table.add_row(*line)
     return table
 
 
@@ -43,8 +68,12 @@ def _text(cell: Cell) -> str:
         return ""
     if isinstance(cell.figure, Unknown):
         return "–"
-    text = f"{cell.figure}" if isinstance(cell.figure, int) else f"{cell.figure:.3f}"
+    text = _number(cell.figure)
     return text if cell.delta is None else f"{text} ({cell.delta:+.1%})"
+
+
+def _number(value: float) -> str:
+    return f"{value}" if isinstance(value, int) else f"{value:.3f}"
 
 
 def _verdicts(name: str, result: Analyzed) -> Table:
@@ -55,9 +84,9 @@ def _verdicts(name: str, result: Analyzed) -> Table:
         table.add_column(column, justify="right")
     words = {True: "[green]kept[/]", False: "[bold red]BROKEN[/]", None: "[yellow]unknown[/]"}
     for one in result.verdicts:
-        found = "–" if isinstance(one.found, Unknown) else f"{one.found:.3f}"
+        found = "–" if isinstance(one.found, Unknown) else _number(one.found)
         rule = f"{one.rule} ({one.metric})"
-        table.add_row(words[one.kept], rule, f"{one.limit:.3f}", found)
+        table.add_row(words[one.kept], rule, _number(one.limit), one.found_text or found)
     return table
 
 

@@ -91,12 +91,16 @@ class Spray(Struct, frozen=True, kw_only=True):
 
 
 class Truth(Struct, frozen=True, kw_only=True):
-    """Where the simulated vehicle really was: /truth. Never on a real flight."""
+    """Where the simulated vehicle really was: /truth. Never on a real flight.
+
+    `contact` names what it has touched, from then on; empty: nothing; absent: nobody looked.
+    """
 
     time: float
     position_m: Triple
     velocity_m_s: Triple
     site_from_body: Quadruple
+    contact: str | UnsetType = UNSET
 
 
 class Curve(Struct, frozen=True, kw_only=True):

@@ -108,6 +108,7 @@ class _Taken:
             attachments=self._attachments,
             odometry=odometry,
             truth=truth if len(truth.times) else None,
+            contacts=records.contacts(bodies["/truth"]),
             commands=records.commands(bodies["/setpoint"]),
             battery_times=np.array([b.time for b in bodies["/battery"]]),
             battery_shares=np.array([records.number(b.share) for b in bodies["/battery"]]),

@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType
 
 from orchard_cli.flightlog import messages
 from orchard_cli.model.arrays import Array
-from orchard_cli.model.flown import Commands, Track
+from orchard_cli.model.flown import Commands, Contact, Track
 from orchard_cli.model.records import (
     LogLine,
     NewTrajectory,
@@ -55,6 +55,14 @@ def track(found: Sequence[messages.Odometry | messages.Truth]) -> tuple[Track, i
         angular_velocities_body=np.array(rates),
     )
     return made, backwards
+
+
+def contacts(found: Sequence[messages.Truth]) -> tuple[Contact, ...] | None:
+    """What was touched first, if anything; None when no simulator looked for it."""
+    looked = [(one.time, one.contact) for one in found if one.contact is not UNSET]
+    if not looked:
+        return None
+    return tuple(Contact(time, name) for time, name in looked if name)[:1]
 
 
 def commands(found: Sequence[messages.Setpoint]) -> Commands:

@@ -209,5 +209,6 @@ def _json_form(record: TimedRecord) -> tuple[str, msgspec.Struct]:
                 position_m=vector(record.position_site),
                 velocity_m_s=vector(record.velocity_site),
                 site_from_body=vector(record.site_from_body),
+                contact=record.contact,
             )
     raise ValueError(f"no topic for {type(record).__name__}")

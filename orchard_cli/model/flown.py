@@ -88,6 +88,17 @@ class Commands:
             object.__setattr__(self, name, _read_only(getattr(self, name), width, n, name))
 
 
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """The simulated vehicle touched something and broke."""
+
+    time: float  # s, flight clock
+    name: str  # of what was touched: "pole 2"
+
+    def __str__(self) -> str:
+        return f"{self.name} at t = {self.time:.1f} s"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FlownLog:
     """One log, read. Records stand in the order in which they were written."""
@@ -106,6 +117,7 @@ class FlownLog:
     trajectories: tuple[NewTrajectory, ...] = ()  # without their guide paths
     maps: tuple[OccupiedCells, ...] = ()
     lines: tuple[LogLine, ...] = ()
+    contacts: tuple[Contact, ...] | None = None  # at most one; None: not known
     notes: tuple[str, ...] = field(default=())  # what a reader of figures must know: cut, damaged
 
     @property

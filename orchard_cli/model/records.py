@@ -77,6 +77,7 @@ class TruthRecord:
     position_site: Vector  # (3,) m
     velocity_site: Vector  # (3,) m/s
     site_from_body: Vector  # (4,) w, x, y, z
+    contact: str = ""  # what it has touched, such as "pole 2", from then on; empty: nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,6 +19,8 @@ from orchard_cli.model.records import TruthRecord
 
 CLOCK_SLOTS, FRAME_SLOTS, TRUTH_SLOTS = 8, 4, 4096
 CLOCK, FRAME, TRUTH = 0, 1, 2  # counters
+TRUTH_ROW = 12  # time, position, velocity, attitude, whether something was touched
+NAME_ROOM = 64  # bytes for the name of what was touched
 
 
 class Board:
@@ -32,7 +34,8 @@ class Board:
         self._clock = make("d", CLOCK_SLOTS * 2)
         self._stamps = make("d", FRAME_SLOTS)
         self._depth = make("H", max(FRAME_SLOTS * pixels, 1))
-        self._truth = make("d", TRUTH_SLOTS * 11)
+        self._truth = make("d", TRUTH_SLOTS * TRUTH_ROW)
+        self._contact = make("c", NAME_ROOM)  # written once, before the first row that says so
         self._achieved = make("d", 1)
 
     def _view(self, name: str, kind: Any, rows: int) -> NDArray[Any]:
@@ -60,7 +63,9 @@ class Board:
         n = self._counters[TRUTH] + 1
         row = self._view("_truth", np.float64, TRUTH_SLOTS)[n % TRUTH_SLOTS]
         row[0], row[1:4], row[4:7] = record.time, record.position_site, record.velocity_site
-        row[7:11] = record.site_from_body
+        row[7:11], row[11] = record.site_from_body, bool(record.contact)
+        if record.contact and not self._contact.value:
+            self._contact.value = record.contact.encode()
         self._counters[TRUTH] = n
 
     def set_achieved(self, factor: float) -> None:
@@ -101,4 +106,8 @@ class Board:
         first = max(after + 1, n - TRUTH_SLOTS // 2)
         rows = self._view("_truth", np.float64, TRUTH_SLOTS)
         taken = [rows[k % TRUTH_SLOTS].copy() for k in range(first, n + 1)]
-        return n, tuple(TruthRecord(float(row[0]), row[1:4], row[4:7], row[7:11]) for row in taken)
+        contact = self._contact.value.decode()
+        return n, tuple(
+            TruthRecord(float(row[0]), row[1:4], row[4:7], row[7:11], contact if row[11] else "")
+            for row in taken
+        )

@@ -12,7 +12,7 @@ from .autopilot import TICK, Autopilot
 from .scene import Scene
 from .settings import SimulatorSettings
 
-TRUTH_EVERY = 2  # ticks: 50 Hz
+TRUTH_EVERY = 2  # ticks: 50 Hz; contact is looked for as often
 
 
 class Run:
@@ -41,6 +41,7 @@ class Run:
         self._frame_rate = settings.frame_rate
         self._frames = 0
         self._ticks = 0
+        self._contact = ""  # what was touched first; nothing is touched twice
 
     @property
     def time(self) -> float:
@@ -51,13 +52,28 @@ class Run:
         """Fly one tick; the truth and the frame that fell due in it."""
         self.autopilot.step()
         self._ticks += 1
-        truth = self._truth() if self._ticks % TRUTH_EVERY == 0 else None
+        truth = None
+        if self._ticks % TRUTH_EVERY == 0:
+            self._touch()
+            truth = self._truth()
         due = self.camera is not None and self._ticks * TICK * self._frame_rate >= self._frames + 1
         return truth, self._frame() if due else None
 
+    def _touch(self) -> None:
+        """What the airframe touches in the air breaks its rotors; the autopilot is not told."""
+        body = self.autopilot.craft.body
+        if self._contact or not body.airborne:
+            return
+        touched = self._scene.contact(body.position_site, body.airframe.radius, self.time)
+        if touched is not None:
+            self._contact = touched
+            body.break_rotors()
+
     def _truth(self) -> TruthRecord:
         body = self.autopilot.craft.body
-        return TruthRecord(self.time, body.position_site, body.velocity_site, body.site_from_body)
+        return TruthRecord(
+            self.time, body.position_site, body.velocity_site, body.site_from_body, self._contact
+        )
 
     def _frame(self) -> DepthFrame:
         assert self.camera is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -99,6 +100,15 @@ def test_several_logs_stand_side_by_side_beside_the_paper(log, other):
     assert result.exit_code == 0
     for word in ("distance_m", "paper,", "311.360", "467.670", "352.80", "one.mcap", "two.mcap"):
         assert word in result.stdout, word
+
+
+def test_flights_of_one_system_are_numbered_and_no_figure_is_cut_or_wrapped(log, other):
+    said = analyze(log, other, log, "--paper", "liu2024-table1").stdout  # 80 characters wide
+    assert max(map(len, said.splitlines())) <= 80
+    for word in ("guided 1", "guided 2", "guided 3", "guided 2: two.mcap", "paper, ego"):
+        assert word in said, word
+    assert "…" not in said
+    assert len(re.findall(r"\([+-][\d.]+%\)", said)) == said.count("(+") + said.count("(-") > 10
 
 
 def test_one_bad_log_does_not_hide_the_good_ones(log, tmp_path):

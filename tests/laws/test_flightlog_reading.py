@@ -10,6 +10,9 @@ from hypothesis import strategies as st
 
 from orchard_cli.errors import InputError
 from orchard_cli.flightlog import NEEDED, McapRecorder, read
+from orchard_cli.flightlog import records as decoding
+from orchard_cli.flightlog.messages import Truth
+from orchard_cli.model.flown import Contact
 from orchard_cli.model.records import NewTrajectory, PlannerRecord, SprayRecord, TruthRecord
 from orchard_cli.model.vehicle import Setpoint, VehicleState
 
@@ -155,6 +158,24 @@ def test_samples_are_read_once_and_in_time_order(tmp_path):
     log = read(tmp_path / "odd.mcap")
     np.testing.assert_array_equal(log.odometry.times, [1.0, 2.0, 3.0])
     assert any("out of time order" in note for note in log.notes)
+
+
+def test_what_was_touched_is_read_back_with_its_first_moment(tmp_path):
+    recorder = McapRecorder(tmp_path / "crash.mcap", patient=True)
+    recorder.write(made.header(made.mission(1)))
+    level = np.array([1.0, 0.0, 0.0, 0.0])
+    for time, contact in ((1.0, ""), (1.02, "pole 2"), (1.04, "pole 2")):
+        recorder.write(TruthRecord(time, np.zeros(3), np.zeros(3), level, contact))
+    recorder.close()
+    assert read(tmp_path / "crash.mcap").contacts == (Contact(1.02, "pole 2"),)
+
+
+def test_no_contact_and_nobody_who_looked_are_told_apart(whole):
+    assert whole.contacts == ()
+    nowhere = [0.0, 0.0, 0.0]
+    old = Truth(time=1.0, position_m=nowhere, velocity_m_s=nowhere, site_from_body=[1.0, *nowhere])
+    assert decoding.contacts([old]) is None
+    assert decoding.contacts([]) is None
 
 
 def test_an_mcap_of_somebody_else_is_refused(tmp_path):

@@ -17,7 +17,8 @@ from orchard_cli.analysis.verdicts import verdicts
 from orchard_cli.flightlog import McapRecorder, read
 from orchard_cli.model.arrays import frozen
 from orchard_cli.model.flown import Track
-from orchard_cli.model.records import OccupiedCells, PlannerRecord, SprayRecord
+from orchard_cli.model.records import OccupiedCells, PlannerRecord, SprayRecord, TruthRecord
+from orchard_cli.model.vehicle import Setpoint, VehicleState
 
 NO_WORLD = Unknown("no world")
 
@@ -90,8 +91,6 @@ def test_two_detours_are_two_avoidances_and_their_peaks_are_averaged(plan, fly):
 
 
 def test_without_commands_an_avoidance_is_seen_in_the_flown_path(plan, fly):
-    from orchard_cli.model.vehicle import Setpoint
-
     def silent(records):
         return [r for r in records if not isinstance(r, Setpoint)]
 
@@ -201,6 +200,63 @@ def test_verdicts_tell_rule_limit_and_figure(plan, fly):
     assert by_name["clearance_trees_min_m"].kept is True
     unknown = {v.metric: v for v in verdicts(measure(flown, plan, NO_WORLD), plan)}
     assert unknown["clearance_min_m"].kept is None
+
+
+def crash(records, at=110.0):
+    """The vehicle touches a pole and falls; the flight goes on sending."""
+    for one in records:
+        time = getattr(one, "time", 0.0)
+        if isinstance(one, VehicleState | TruthRecord) and time > at:
+            fallen = one.position_site * [1.0, 1.0, 0.0]
+            one = replace(one, position_site=fallen, velocity_site=np.array([0.0, 0.0, -8.0]))  # noqa: PLW2901
+        yield replace(one, contact="pole 2") if isinstance(one, TruthRecord) and time >= at else one
+
+
+def test_a_contact_is_counted_named_and_condemned_and_the_fall_is_no_flight(plan, fly):
+    flown = fly(change=crash)
+    times = flown.truth.times
+    through = Clearances(
+        times, np.where(times > 110.0, -0.1, 0.4), np.where(times > 110.0, 0.1, 1.5)
+    )
+    found = measure(flown, plan, through)
+    assert found.figures["contacts"] == 1
+    assert "touched pole 2 at t = 110.0 s" in found.notes
+    assert found.figures["clearance_min_m"] == 0.4
+    assert found.figures["clearance_trees_min_m"] == 1.5
+    assert found.figures["height_error_max_m"] < 0.01
+    assert found.figures["speed_max_m_s"] < 1.1
+    assert found.figures["acceleration_max_m_s2"] < 0.5
+    assert isinstance(found.figures["distance_m"], Unknown)
+    (verdict,) = (v for v in verdicts(found, plan) if v.metric == "contacts")
+    assert verdict.kept is False
+    assert verdict.found_text == "pole 2 at t = 110.0 s"
+
+
+def test_a_flight_without_contact_is_told_from_one_of_which_it_is_not_known(plan, fly):
+    for flown, figure, kept in ((fly(), 0, True), (replace(fly(), contacts=None), None, None)):
+        found = measure(flown, plan, NO_WORLD)
+        (verdict,) = (v for v in verdicts(found, plan) if v.metric == "contacts")
+        assert verdict.kept is kept
+        assert not any("touched" in note for note in found.notes)
+        if figure is None:
+            assert isinstance(found.figures["contacts"], Unknown)
+        else:
+            assert found.figures["contacts"] == figure
+
+
+@pytest.mark.parametrize(("share", "kept"), [(1.0 + 1e-9, True), (1.009, True), (1.011, False)])
+def test_a_command_may_exceed_its_limit_by_the_time_laws_tolerance(plan, fly, share, kept):
+    def pushed(records):
+        size = np.array([share * plan.limits.acceleration, 0.0, 0.0])
+        return [
+            replace(one, acceleration_site=size) if isinstance(one, Setpoint) else one
+            for one in records
+        ]
+
+    by_name = {v.metric: v for v in verdicts(measure(fly(change=pushed), plan, NO_WORLD), plan)}
+    verdict = by_name["acceleration_planned_max_m_s2"]
+    assert verdict.kept is kept
+    assert "1%" in verdict.rule
 
 
 # -- signals

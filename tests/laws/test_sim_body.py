@@ -112,6 +112,21 @@ def test_without_rotors_it_falls_freely() -> None:
     assert -terminal < body.velocity_site[2] < -0.95 * terminal
 
 
+def test_with_broken_rotors_it_falls_and_comes_to_lie_whatever_they_are_told() -> None:
+    body = flying(3.5)
+    body.state[3:6] = (1.0, 0.0, 0.0)
+    body.state[6:10] = Rotation.from_euler("xy", [0.2, -0.1]).as_quat(scalar_first=True)
+    body.break_rotors()
+    fly(body, np.full(4, X500.speed_max), 0.5)
+    assert body.velocity_site[2] == pytest.approx(-G * 0.5, rel=0.02)  # a little drag
+    assert body.rates_body == pytest.approx(np.zeros(3), abs=1e-9)
+    assert body.airborne
+    fly(body, np.full(4, X500.speed_max), 4.0)
+    assert not body.airborne
+    assert np.abs(body.velocity_site).max() < 1e-3
+    assert body.position_site[2] == pytest.approx(0.0, abs=0.01)
+
+
 def test_angular_momentum_is_kept_while_it_tumbles_without_rotors() -> None:
     body = flying(1000.0)
     body.state[13:17] = 0.0

@@ -19,7 +19,8 @@ class Airframe:
     Default: Holybro X500 as in PX4-gazebo-models, x500_base and x500 (mass, inertia, arms, thrust,
     moment, rotor drag, rotor speeds). Chosen here: one motor lag for up and down (there 0.0125 and
     0.025 s); the body's drag as a plate of 0.04 m² (0.5 · 1.225 kg/m³ · 1.0 · 0.04 m²); the ground,
-    stiff enough to stand on within 4 mm.
+    stiff enough to stand on within 4 mm; the radius, that of missions' limits: arms with the
+    10-inch propellers of Liu 2024 reach 0.30 m along the body's axes and 0.37 m over its diagonals.
     """
 
     mass: float = 2.0 + 4 * 0.0161  # kg, with rotors
@@ -35,6 +36,7 @@ class Airframe:
     ground_spring: float = 1250.0  # N/m, each foot
     ground_damper: float = 35.0  # N/(m/s), each foot
     friction: float = 0.7
+    radius: float = 0.35  # m, of the ball around the reference point that stands for the airframe
 
     @property
     def thrust_max(self) -> float:

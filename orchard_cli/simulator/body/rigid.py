@@ -9,7 +9,7 @@ import numpy as np
 
 from orchard_cli.model.arrays import Array, Vector
 
-from ._kernels import derivative, rk4
+from ._kernels import DRAG_ROTOR, K_THRUST, SPEED_IDLE, SPEED_MAX, derivative, rk4
 from .airframe import Airframe
 
 
@@ -63,6 +63,16 @@ class Body:
         """z of the ground below, m."""
         a, b, c = self.around[3:]
         return float(a * self.state[0] + b * self.state[1] + c)
+
+    @property
+    def airborne(self) -> bool:
+        """Whether it is clear of the ground; standing, it sinks in by some millimetres."""
+        return bool(self.state[2] > self.ground_height)
+
+    def break_rotors(self) -> None:
+        """From now on no thrust, no drag and no power of the rotors, whatever they are told."""
+        self.state[13:17] = 0.0
+        self.constants[[K_THRUST, DRAG_ROTOR, SPEED_MAX, SPEED_IDLE]] = 0.0
 
     def derivative(self, speeds_wanted: Array) -> Array:
         """(17,) time derivative of the state under wanted rotor speeds (4,) rad/s."""
