@@ -69,7 +69,11 @@ class IdealWorld:
         if not self.blind and self.time >= self._frames * FRAME_PERIOD:
             pose = self._pose()
             depth = self.scene.render(
-                self.model, pose.position_site + STANDING, pose.site_from_body, self.time, self._frames
+                self.model,
+                pose.position_site + STANDING,
+                pose.site_from_body,
+                self.time,
+                self._frames,
             )
             self._fresh = DepthFrame(self.time, depth, self.model)
             self._frames += 1

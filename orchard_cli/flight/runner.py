@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orchard_cli.model.arrays import Vector
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import NewTrajectory, Severity
@@ -147,13 +148,15 @@ class Flight:
             self._gear.reporter.say(answer.time, severity, f"{answer.command.value}: {answer.said}")
         frame_age, planner_age = now - self._frame_time, now - self._planned
         checking = stage.phase is Phase.PREFLIGHT
+        behind = self._behind(state, now)
         reserve = self._mission.limits.reserve
         return Seen(
             vehicle=state,
             silence=math.inf if state is None else now - state.heard,
             frame_age=frame_age,
             planner_age=planner_age,
-            off_track=self._off_track(state, now),
+            off_track=float(np.linalg.norm(behind)),
+            sunk=max(float(behind[2]), 0.0),
             blocked=guidance.blocked,
             avoiding=guidance.avoiding(now),
             still=guidance.still(now),
@@ -168,10 +171,12 @@ class Flight:
             refused=self._refused,
         )
 
-    def _off_track(self, state: VehicleState | None, now: float) -> float:
+    def _behind(self, state: VehicleState | None, now: float) -> Vector:
+        """(3,) m from the vehicle to where it should be; zero when nothing is streamed."""
         if state is None or not self._streaming or state.mode is not FlightMode.OFFBOARD:
-            return 0.0
-        return float(np.linalg.norm(state.position_site - self._helm.guidance.position(now)))
+            return np.zeros(3)
+        behind: Vector = self._helm.guidance.position(now) - state.position_site
+        return behind
 
     def _return_share(self, now: float) -> float:
         """Share of the battery below which to turn back, with half of the reserve.

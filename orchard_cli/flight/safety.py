@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from orchard_cli.model.vehicle import FlightMode, VehicleState
+from orchard_cli.model.vehicle import FlightMode, Landed, VehicleState
 
 
 class Phase(Enum):
@@ -32,6 +32,7 @@ class Hazard(Enum):
 
     PILOT = "the pilot or another station changed the mode"
     CRASHED = "disarmed in the air or on the ground out of turn"
+    FALLEN = "the vehicle has fallen"
     LAND_ASKED = "landing asked for"
     BATTERY_CRITICAL = "battery critical"
     LINK_SILENT = "no telemetry"
@@ -55,6 +56,7 @@ _ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
     # hazard                PREFLIGHT TAKEOFF RESUME ROUTE AVOID  HOLD   RETURN LANDING PILOT ENDED
     Hazard.PILOT:            (STAY,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  STAY, STAY),
     Hazard.CRASHED:          (STAY,  _OVER, _OVER, _OVER, _OVER, _OVER, _OVER, STAY,  STAY, STAY),
+    Hazard.FALLEN:           (STAY,  STAY,  _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
     Hazard.LAND_ASKED:       (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
     Hazard.BATTERY_CRITICAL: (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
     Hazard.LINK_SILENT:      (STAY,  _HOLD, _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
@@ -90,6 +92,7 @@ class Tolerances:
     frame_age: float = 0.5  # s since the newest depth frame was taken
     planner_age: float = 0.5  # s since the last onboard cycle ended
     off_track: float = 1.5  # m between the vehicle and its setpoint
+    sunk: float = 1.5  # m under its setpoint: it falls
     mode_grace: float = 2.0  # s, modes are told once a second
 
 
@@ -102,6 +105,7 @@ class Seen:
     frame_age: float  # s
     planner_age: float  # s
     off_track: float  # m between the vehicle and its setpoint; 0 when nothing is streamed
+    sunk: float  # m under its setpoint's height; 0 when nothing is streamed
     blocked: bool  # the last verdict was to stop
     avoiding: bool  # between leaving the reference and being back on it
     still: bool  # standing at the end of what it was told to do
@@ -140,6 +144,8 @@ def hazards(phase: Phase, age: float, seen: Seen, tolerances: Tolerances) -> tup
             found.append(Hazard.BATTERY_CRITICAL)
         if vehicle.battery_share < seen.return_share:
             found.append(Hazard.BATTERY_LOW)
+        if seen.sunk > tolerances.sunk or vehicle.landed is Landed.ON_GROUND:
+            found.append(Hazard.FALLEN)
     present = (
         (seen.request is Request.LAND, Hazard.LAND_ASKED),
         (seen.request is Request.RETURN, Hazard.RETURN_ASKED),

@@ -41,6 +41,7 @@ def seen(**changes) -> Seen:
         "frame_age": 0.05,
         "planner_age": 0.05,
         "off_track": 0.1,
+        "sunk": 0.0,
         "blocked": False,
         "avoiding": False,
         "still": False,
@@ -103,6 +104,18 @@ def test_a_low_battery_brings_it_back_and_a_critical_one_down():
     low, critical = vehicle(battery_share=0.15), vehicle(battery_share=0.05)
     assert decide(Phase.ROUTE, vehicle=low).stage.phase is Phase.RETURN
     assert decide(Phase.ROUTE, vehicle=critical).stage.phase is Phase.LANDING
+
+
+@pytest.mark.parametrize("phase", [Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE, Phase.HOLD])
+@pytest.mark.parametrize(
+    "sign",
+    [{"sunk": 2.0}, {"vehicle": vehicle(landed=Landed.ON_GROUND)}, {"sunk": 2.0, "frame_age": 9}],
+)
+def test_a_vehicle_that_fell_is_landed_at_once_and_its_rotors_are_not_driven_on(phase, sign):
+    decision = decide(phase, **sign)
+    assert decision.stage.phase is Phase.LANDING
+    assert decision.command is Command.LAND
+    assert decision.steer is Steer.NOTHING
 
 
 def test_an_unknown_battery_is_no_hazard_in_the_air():
