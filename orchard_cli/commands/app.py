@@ -11,6 +11,7 @@ from orchard_cli import __version__
 from orchard_cli.errors import InputError, OrchardError
 
 from .analyze import analyze
+from .bench import bench
 from .demo import demo
 from .fly import fly
 from .plan import plan
@@ -27,6 +28,7 @@ app.command()(plan)
 app.command()(fly)
 app.command()(analyze)
 app.command()(demo)
+app.command()(bench)
 
 
 def _version(wanted: bool) -> None:

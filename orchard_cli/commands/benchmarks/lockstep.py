@@ -1,0 +1,96 @@
+"""How fast the simulator flies without MAVSDK: CPU time per simulated second."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from dataclasses import dataclass
+
+from orchard_cli.flight.ports import Clock
+from orchard_cli.flight.reporter import Reporter
+from orchard_cli.flight.runner import Flight, Gear
+from orchard_cli.model.mission import Mission
+from orchard_cli.model.records import Record
+from orchard_cli.model.world import World
+
+from .. import wiring
+from ..screen import QuietScreen
+from .samples import Samples
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """What a flight in lockstep took."""
+
+    simulated_s: float
+    cpu_s: float
+    wall_s: float
+
+    @property
+    def factor(self) -> float:
+        """Simulated seconds per second of CPU time."""
+        return self.simulated_s / self.cpu_s
+
+
+class _Over(Exception):
+    """Enough was flown."""
+
+
+class _Measured:
+    """A clock that notes each simulated second's cost, and ends the flight after some of them."""
+
+    def __init__(self, clock: Clock, seconds: float, samples: Samples) -> None:
+        self._clock, self._samples = clock, samples
+        self._end = clock.now() + seconds
+        self._next = clock.now() + 1.0
+        self._cpu, self._wall = time.thread_time(), time.perf_counter()
+
+    def now(self) -> float:
+        return self._clock.now()
+
+    def sleep_until(self, moment: float) -> None:
+        self._clock.sleep_until(moment)
+        if moment >= self._next:
+            cpu, wall = time.thread_time(), time.perf_counter()
+            self._samples.cpu_ms["lockstep"].append((cpu - self._cpu) * 1e3)
+            self._samples.wall_ms["lockstep"].append((wall - self._wall) * 1e3)
+            self._cpu, self._wall, self._next = cpu, wall, self._next + 1.0
+        if moment >= self._end:
+            raise _Over
+
+
+class _Nobody:
+    """Asks for nothing and writes nothing down."""
+
+    def request(self) -> None:
+        return None
+
+    def write(self, record: Record) -> None:
+        del record
+
+    def close(self) -> None:
+        pass
+
+
+def measure(mission: Mission, world: World, seconds: float, samples: Samples) -> Pace:
+    """Fly the first `seconds` of a mission with full frames, mapping and avoidance; `lockstep`
+    is the cost of each simulated second. Compiling and the log are not counted.
+    """
+    with wiring.lockstep(mission, world, wiring.Choices()) as equipment:
+        clock = _Measured(equipment.clock, seconds, samples)
+        nobody = _Nobody()
+        gear = Gear(
+            vehicle=equipment.vehicle,
+            camera=equipment.camera,
+            worker=equipment.worker,
+            clock=clock,
+            recorder=nobody,
+            reporter=Reporter(mission, nobody, QuietScreen(), clock.now()),
+            operator=nobody,
+            guard=equipment.guard,
+            truth=equipment.truth,
+        )
+        with contextlib.suppress(_Over):
+            Flight(mission, gear, equipment.tolerances).run()
+    cpu, wall = samples.cpu_ms["lockstep"], samples.wall_ms["lockstep"]
+    return Pace(float(len(cpu)), sum(cpu) / 1e3, sum(wall) / 1e3)

@@ -1,0 +1,146 @@
+"""One replan in a known map, again and again: how long, how often found, and how near to poles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from time import thread_time
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from orchard_cli.flight.ports import Avoidance
+from orchard_cli.model.arrays import Points
+from orchard_cli.model.trajectory import DEGREE, Trajectory
+from orchard_cli.motion import stopwatch
+from orchard_cli.motion.situation import Avoid, Stop, Verdict
+
+from .pole_fields import HEIGHT, RADIUS, TARGET, Case, Field, cases
+from .samples import Samples, Spread
+
+WARM_UP = 20  # calls that are not counted
+_CLOCK = "perf_counter"  # what motion/stopwatch.py reads
+TICK = 0.02  # s between two places that are checked
+MAPPING = "distance_field"  # a stage of `plan` that prepares the map; EGO-Planner's is in its map
+
+
+@dataclass(slots=True)
+class Tally:
+    """What the calls in one kind of field came to."""
+
+    plan_ms: list[float] = field(default_factory=list)  # the whole call, CPU
+    replan_ms: list[float] = field(default_factory=list)  # without preparing the map
+    searched_ms: list[float] = field(default_factory=list)  # of those, where a way was looked for
+    clearances: list[float] = field(default_factory=list)  # m, of what may be flown on
+    stops: list[float] = field(default_factory=list)  # m, of what brakes to rest
+    height_error: float = 0.0  # m, greatest
+
+
+def measure(
+    make: Callable[[], Avoidance], kinds: Sequence[Field], count: int, seed: int, samples: Samples
+) -> dict[str, Tally]:
+    """`count` first calls of a fresh system in each kind of field.
+
+    Times the system's own stages into `samples` under their names, and `replan`.
+    """
+    with cpu_stopwatch():
+        for case in cases(kinds[-1], WARM_UP, seed + 1):
+            make().plan(case.situation)
+        return {kind.name: _tally(make, kind, count, seed, samples) for kind in kinds}
+
+
+def _tally(
+    make: Callable[[], Avoidance], kind: Field, count: int, seed: int, samples: Samples
+) -> Tally:
+    tally = Tally()
+    for case in cases(kind, count, seed):
+        system = make()
+        began = thread_time()
+        verdict = system.plan(case.situation)
+        took = (thread_time() - began) * 1e3
+        stages = dict(verdict.stages_ms)
+        tally.plan_ms.append(took)
+        replan = took - stages.get(MAPPING, 0.0)
+        tally.replan_ms.append(replan)
+        if "search" in stages:
+            tally.searched_ms.append(replan)
+        samples.add_cpu({**stages, "replan": replan})
+        _look_at(case, verdict, tally)
+    return tally
+
+
+def _look_at(case: Case, verdict: Verdict, tally: Tally) -> None:
+    flown, until = case.situation.active, case.target_time
+    if isinstance(verdict, Avoid):
+        flown, until = verdict.trajectory, verdict.rejoin
+    elif isinstance(verdict, Stop):
+        flown, until = verdict.trajectory, verdict.trajectory.end
+    path = _path(flown, case.situation.now, until)
+    (tally.stops if isinstance(verdict, Stop) else tally.clearances).append(
+        clearance(path, case.poles)
+    )
+    tally.height_error = max(tally.height_error, float(np.abs(path[:, 2] - HEIGHT).max()))
+
+
+def _path(trajectory: Trajectory, begin: float, until: float) -> Points:
+    """Where a trajectory leads from `begin` up to `until` or TARGET m away, whichever is later.
+
+    (n, 3) m. By scipy's B-spline: the check shares no code with what it checks.
+    """
+    control = trajectory.control_points_site
+    knots = trajectory.start + (np.arange(len(control) + DEGREE + 1) - DEGREE) * trajectory.interval
+    last = float(knots[-DEGREE - 1])
+    times = np.append(np.arange(begin, last, TICK), last)
+    path = np.asarray(BSpline(knots, control, DEGREE)(times))
+    away = np.flatnonzero(np.hypot(path[:, 0] - path[0, 0], path[:, 1] - path[0, 1]) >= TARGET)
+    target = int(away[0]) if len(away) else len(times) - 1
+    end = max(target, int(np.searchsorted(times, until)))
+    return path[: end + 1]
+
+
+def clearance(path: Points, poles: Points) -> float:
+    """Least distance of a path (n, 3) to the surfaces of poles (m, 2), m; inf without poles."""
+    if len(poles) == 0:
+        return float("inf")
+    offsets = path[:, None, :2] - poles[None]
+    return float(np.hypot(offsets[..., 0], offsets[..., 1]).min()) - RADIUS
+
+
+def summary(tally: Tally, margin: float, radius: float) -> dict[str, Any]:
+    """The figures of one kind of field for the JSON document; what does not exist is null.
+
+    `margin` and `radius` m: the least clearance asked for, and the airframe's own radius.
+    """
+    flown = np.array(tally.clearances)
+    calls = len(tally.plan_ms)
+    return {
+        "n": calls,
+        "first_call_share": len(flown) / calls,
+        "searched_share": len(tally.searched_ms) / calls,
+        "replan": Spread.of(tally.replan_ms),
+        "searched": Spread.of(tally.searched_ms) if tally.searched_ms else None,
+        "plan": Spread.of(tally.plan_ms),
+        "clearance_min_m": _least(tally.clearances),
+        "margin_kept_share": float((flown >= margin).mean()) if len(flown) else None,
+        "contacts": int((flown < radius).sum()),
+        "stop_clearance_min_m": _least(tally.stops),
+        "height_error_max_m": tally.height_error,
+    }
+
+
+def _least(clearances: Sequence[float]) -> float | None:
+    known = [value for value in clearances if np.isfinite(value)]
+    return min(known) if known else None
+
+
+@contextmanager
+def cpu_stopwatch() -> Iterator[None]:
+    """Let the systems' own stopwatches read this thread's CPU time instead of the wall's."""
+    kept = getattr(stopwatch, _CLOCK)
+    setattr(stopwatch, _CLOCK, thread_time)
+    try:
+        yield
+    finally:
+        setattr(stopwatch, _CLOCK, kept)
