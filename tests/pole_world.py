@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchard_cli.mapping import Band
+from orchard_cli.mapping import Band, Window
 from orchard_cli.model.depth import DepthFrame, d455
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.trajectory import Trajectory
@@ -20,7 +20,7 @@ BLANK = DepthFrame(0.0, np.zeros((120, 212), dtype=np.uint16), d455(212, 120))
 
 
 class PoleMap:
-    """Has the one method of OccupancyGrid that avoidance asks for."""
+    """Has the methods of OccupancyGrid that avoidance asks for; the poles have no end."""
 
     def __init__(self, poles, known=False):
         self.poles = np.asarray(poles, dtype=float).reshape(-1, 3)
@@ -48,6 +48,13 @@ class PoleMap:
         return Band(
             corner * CELL, CELL, self.occupied[square], self.observed[square], z_low, z_high
         )
+
+    def window(self, lower_site, upper_site):
+        corner = np.floor(np.asarray(lower_site) / CELL).astype(int)
+        size = np.ceil(np.asarray(upper_site) / CELL).astype(int) - corner
+        i, j = corner[:2] - round(LOWER / CELL)
+        flat = self.occupied[i : i + size[0], j : j + size[1]]
+        return Window(corner * CELL, CELL, np.repeat(flat[:, :, None], size[2], axis=2))
 
     def _rim(self, pole):
         angles = np.linspace(0, 2 * np.pi, 64, endpoint=False)

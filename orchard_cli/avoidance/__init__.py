@@ -1,6 +1,7 @@
 """The avoidance systems, each fits the socket `Avoidance` in flight/ports.py."""
 
+from .ego import Ego, EgoSettings
 from .guided import Guided, GuidedSettings
 from .none import Blind
 
-__all__ = ["Blind", "Guided", "GuidedSettings"]
+__all__ = ["Blind", "Ego", "EgoSettings", "Guided", "GuidedSettings"]

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orchard_cli.avoidance import Blind, Guided
+from orchard_cli.avoidance import Blind, Ego, Guided
 from orchard_cli.errors import Fault, InputError, LinkError
+from orchard_cli.flight.helm import Errand
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
 from orchard_cli.flight.ports import Avoidance, Camera, Clock, Guard, Truth, Vehicle
 from orchard_cli.flight.safety import Tolerances
@@ -21,6 +22,7 @@ from orchard_cli.flight.worker import InlineWorker, ThreadWorker, Worker
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.depth import DepthCamera, d455
 from orchard_cli.model.mission import Mission
+from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.world import World
 from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
 from orchard_cli.simulator.rendered_camera import RenderedCamera
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
 
 DEADMAN = 0.5  # s of real time
 BLIND = Tolerances(frame_age=math.inf, planner_age=math.inf)
-SYSTEMS: dict[str, Callable[[], Avoidance]] = {"guided": Guided, "none": Blind}
+SYSTEMS: dict[str, Callable[[], Avoidance]] = {"guided": Guided, "ego": Ego, "none": Blind}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +44,7 @@ class Equipment:
     clock: Clock
     guard: Guard
     worker: Worker[OnboardJob, OnboardResult]
+    errands: Worker[Errand, Trajectory]
     tolerances: Tolerances
     truth: Truth | None
     name: str
@@ -94,6 +97,10 @@ def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:
     return Onboard(OccupancyGrid(), make(), mission.limits)
 
 
+def _run(errand: Errand) -> Trajectory:
+    return errand()
+
+
 def _fitted(camera: Camera | None) -> Camera:
     """The simulator's camera, which `_settings` always asks for."""
     if camera is None:
@@ -135,6 +142,7 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
             clock=simulator.clock,
             guard=NoGuard(),
             worker=InlineWorker(cycle),
+            errands=InlineWorker(_run),
             tolerances=Tolerances(),
             truth=simulator.truth,
             name="simulated X500 (lockstep)",
@@ -161,14 +169,16 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
         )
         stack.callback(vehicle.close)
         vehicle.mend_failsafes(vehicle.unsafe_failsafes(mission.highest))
-        worker = ThreadWorker(cycle)
+        worker, errands = ThreadWorker(cycle), ThreadWorker(_run)
         stack.callback(worker.close)
+        stack.callback(errands.close)
         yield Equipment(
             vehicle=vehicle,
             camera=_fitted(simulator.camera),
             clock=simulator.clock,
             guard=Deadman(DEADMAN),
             worker=worker,
+            errands=errands,
             tolerances=Tolerances(),
             truth=simulator.truth,
             name="simulated X500 over MAVSDK",
@@ -193,8 +203,9 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
         vehicle = connect(url, mission.orchard.origin, clock.now, mission.takeoff_ground)
         stack.callback(vehicle.close)
         _demand_safe_failsafes(mission, vehicle, choices.mend_failsafes)
-        worker = ThreadWorker(cycle)
+        worker, errands = ThreadWorker(cycle), ThreadWorker(_run)
         stack.callback(worker.close)
+        stack.callback(errands.close)
         camera: Camera = NoCamera()
         if sighted:
             camera = RenderedCamera(
@@ -207,6 +218,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             clock=clock,
             guard=Deadman(DEADMAN),
             worker=worker,
+            errands=errands,
             tolerances=Tolerances() if sighted else BLIND,
             truth=None,
             name=f"autopilot on {url}" + (" with a rendered camera" if sighted else ""),

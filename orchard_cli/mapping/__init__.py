@@ -5,6 +5,7 @@ from .distance import DistanceField, distance_field
 from .grid import OccupancyGrid
 from .insert import InsertReport
 from .settings import GridSettings
+from .window import Window
 
 __all__ = [
     "Band",
@@ -12,5 +13,6 @@ __all__ = [
     "GridSettings",
     "InsertReport",
     "OccupancyGrid",
+    "Window",
     "distance_field",
 ]

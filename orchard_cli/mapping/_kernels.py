@@ -188,6 +188,18 @@ def look_down(log_odds, corner, box, threshold, occupied, observed):
 
 
 @njit(cache=True, nogil=True)
+def look_into(log_odds, corner, box, threshold, occupied):
+    """Obstacle cells of a box; `occupied[0, 0, 0]` is the site index `corner` (3,)."""
+    mx, my, mz = log_odds.shape[0] - 1, log_odds.shape[1] - 1, log_odds.shape[2] - 1
+    for i in range(box[0], box[3]):
+        for j in range(box[1], box[4]):
+            column = log_odds[i & mx, j & my]
+            out = occupied[i - corner[0], j - corner[1]]
+            for k in range(box[2], box[5]):
+                out[k - corner[2]] = column[k & mz] >= threshold
+
+
+@njit(cache=True, nogil=True)
 def gather(log_odds, box, centre_cells, radius_cells, threshold, out):
     """Site indices of the occupied cells of `box` within a radius. Returns how many there are."""
     mx, my, mz = log_odds.shape[0] - 1, log_odds.shape[1] - 1, log_odds.shape[2] - 1

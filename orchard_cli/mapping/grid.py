@@ -15,6 +15,7 @@ from . import _kernels
 from .band import Band, as_input
 from .insert import InsertReport, View
 from .settings import RESOLUTION, GridSettings, stored_log_odds
+from .window import Window
 
 _SEEN_FROM = 0.05  # m in front of the lens: cells nearer are not projected
 _FADE_EVERY = 1.0  # s between two fadings of a slab
@@ -149,6 +150,22 @@ class OccupancyGrid:
             self._log_odds, corner, self._clipped(*ends), self._occupied, occupied, observed
         )
         return Band(self._metres(corner), cell, occupied, observed, z_low, z_high)
+
+    def window(self, lower_site: Vector, upper_site: Vector) -> Window:
+        """The obstacle cells of the box between two corners (3,), which it covers in whole cells.
+
+        Raises ValueError when the upper corner is not above the lower one.
+        """
+        cell = self.settings.cell
+        low = np.floor(np.asarray(lower_site) / cell)
+        high = np.ceil(np.asarray(upper_site) / cell)
+        if not (high > low).all():
+            raise ValueError("a window needs a positive size")
+        corner: Cells = low.astype(np.int64)
+        occupied = np.zeros(tuple((high - low).astype(np.int64)), dtype=np.bool_)
+        box = self._clipped(low, high)
+        _kernels.look_into(self._log_odds, corner, box, self._occupied, occupied)
+        return Window(self._metres(corner), cell, occupied)
 
     def _count_hits(self, view: View, depth: NDArray[np.uint16]) -> tuple[NDArray[np.int32], int]:
         """Places of the cells with returns in them, counted in `_counts`, and all returns."""

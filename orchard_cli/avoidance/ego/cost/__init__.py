@@ -1,0 +1,1 @@
+"""The cost of a curve and its minimiser."""
