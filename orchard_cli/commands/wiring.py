@@ -32,7 +32,12 @@ if TYPE_CHECKING:
 
 DEADMAN = 0.5  # s of real time
 BLIND = Tolerances(frame_age=math.inf, planner_age=math.inf)
-SYSTEMS: dict[str, Callable[[], Avoidance]] = {"guided": Guided, "ego": Ego, "none": Blind}
+SYSTEMS: dict[str, Callable[[], Avoidance]] = {
+    "guided": Guided,
+    "ego": Ego,
+    "ego-published": Ego.published,
+    "none": Blind,
+}
 
 
 @dataclass(frozen=True, slots=True)

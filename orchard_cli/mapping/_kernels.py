@@ -189,14 +189,22 @@ def look_down(log_odds, corner, box, threshold, occupied, observed):
 
 @njit(cache=True, nogil=True)
 def look_into(log_odds, corner, box, threshold, occupied):
-    """Obstacle cells of a box; `occupied[0, 0, 0]` is the site index `corner` (3,)."""
-    mx, my, mz = log_odds.shape[0] - 1, log_odds.shape[1] - 1, log_odds.shape[2] - 1
+    """Obstacle cells of a box; `occupied[0, 0, 0]` is the site index `corner` (3,).
+
+    Each column is at most two runs of memory, which are compared in lanes.
+    """
+    mx, my, nz = log_odds.shape[0] - 1, log_odds.shape[1] - 1, log_odds.shape[2]
+    lowest, count = box[2] & (nz - 1), box[5] - box[2]
+    first = min(count, nz - lowest)
+    base = box[2] - corner[2]
     for i in range(box[0], box[3]):
         for j in range(box[1], box[4]):
             column = log_odds[i & mx, j & my]
             out = occupied[i - corner[0], j - corner[1]]
-            for k in range(box[2], box[5]):
-                out[k - corner[2]] = column[k & mz] >= threshold
+            for k in range(first):
+                out[base + k] = column[lowest + k] >= threshold
+            for k in range(count - first):
+                out[base + first + k] = column[k] >= threshold
 
 
 @njit(cache=True, nogil=True)

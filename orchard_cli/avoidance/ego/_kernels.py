@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .anchors._kernels import BLOCKED, FIXED, MOST, add_pairs, first_hit
+from .anchors._kernels import BLOCKED, FIXED, MOST, add_pairs
+from .cells._kernels import first_hit
 from .cost._kernels import COLLIDE, NEW, minimise
 
 FREE, NO_WAY, AT_ONCE, STILL_HIT = 0, 1, 2, 3

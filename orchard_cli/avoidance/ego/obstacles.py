@@ -12,7 +12,7 @@ from orchard_cli.mapping import OccupancyGrid, Window
 from orchard_cli.model.arrays import Array, Points, Vector
 from orchard_cli.model.trajectory import DEGREE, Trajectory
 
-from .anchors import _kernels
+from .cells import _kernels
 
 _TICK = 0.01  # s, steps of the safety check
 
@@ -31,7 +31,7 @@ class Obstacles:
     def first_hit(self, trajectory: Trajectory, begin: float, end: float) -> float | None:
         """When the trajectory first meets an obstacle between two times, s; None: it does not."""
         control, interval = trajectory.control_points_site, trajectory.interval
-        last = len(control) - DEGREE
+        last = float(len(control) - DEGREE)
         first, final = (
             min(max((t - trajectory.start) / interval, 0.0), last) for t in (begin, end)
         )

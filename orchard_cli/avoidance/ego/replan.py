@@ -108,6 +108,20 @@ def from_rest(
     return _curve(task, join, knots, settings)
 
 
+def load_kernels(settings: EgoSettings) -> None:
+    """Compile or load the kernels, also those that only few replans need: not in flight."""
+    cells, frame = np.zeros((1, 1, 1), dtype=np.bool_), np.array([0.0, 0.0, 0.0, 0.1])
+    limits, span = np.ones(3), np.zeros((9, 3))
+    knots, tangents = _shape(span)
+    _kernels.fit(span, knots)
+    _kernels.rebound(
+        span, 0.5, settings.weights, limits, cells, frame, settings.checked, np.zeros(9, np.int64)
+    )
+    _kernels.refine(
+        span, 0.5, settings.refining, limits, cells, frame, settings.checked, knots, tangents
+    )
+
+
 def _curve(task: Task, join: Join, knots: Points, settings: EgoSettings) -> Curve | NoCurve:
     """Fit, rebound, and refine where it is too fast."""
     obstacles, limits = task.obstacles, _limits(task.pace, settings)

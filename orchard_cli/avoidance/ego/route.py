@@ -11,7 +11,7 @@ from orchard_cli.model.arrays import Array, Points, Vector
 from orchard_cli.model.trajectory import MotionState, Trajectory
 
 _TICK = 0.1  # s between the places that are looked at
-_SPAN = 25.0  # s looked ahead at first
+_SPAN = 10.0  # s looked ahead at first
 _MEET = 2.0  # s behind the last target in which the nearest place may still lie
 
 

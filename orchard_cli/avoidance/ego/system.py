@@ -12,7 +12,7 @@ from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
 from orchard_cli.motion.stopwatch import Stopwatch
 
 from .obstacles import Obstacles, look
-from .replan import Curve, NoCurve, Task, from_previous, from_rest, task_pace
+from .replan import Curve, NoCurve, Task, from_previous, from_rest, load_kernels, task_pace
 from .route import Target, aim
 from .settings import EgoSettings
 
@@ -33,6 +33,12 @@ class Ego:
         self._stop: Trajectory | None = None  # offered last, to be at rest
         self._progress = -np.inf  # s on the reference's clock
         self._failures = 0
+        load_kernels(self.settings)
+
+    @classmethod
+    def published(cls) -> Ego:
+        """With the authors' horizon, inflation and acceleration."""
+        return cls(EgoSettings.published())
 
     def plan(self, situation: Situation) -> Verdict:
         """Keep the curve while it is free and new, replan it, or stop before what it hits."""

@@ -16,7 +16,7 @@ SPEED, ACCELERATION, DISTANCE = 0, 1, 2  # places in `limits`
 CALM, NEW = 0, 1  # outcomes of `minimise`, besides BLOCKED
 _MEMORY = 16
 _ITERATIONS = 200
-_TOLERANCE = 0.01  # of the gradient's length
+_TOLERANCE = 0.01  # of the gradient's length, in units of the curve's size
 _WATCH_FROM = 3  # evaluations before new obstacles are looked for
 _SETTLED = 0.1  # m², smoothness per free point from which new obstacles are looked for
 _ARMIJO, _HALVINGS = 1e-4, 20
@@ -136,29 +136,43 @@ def total_cost(
 @njit(cache=True, nogil=True)
 def _inner(a, b):
     total = 0.0
-    for i in range(a.shape[0]):
-        for c in range(3):
-            total += a[i, c] * b[i, c]
+    for i in range(a.size):
+        total += a[i] * b[i]
     return total
 
 
 @njit(cache=True, nogil=True)
-def _descent(grad, steps, changes, kept, newest, out):
+def _add(a, factor, b):
+    for i in range(a.size):
+        a[i] += factor * b[i]
+
+
+@njit(cache=True, nogil=True)
+def _descent(grad, steps, changes, products, kept, newest, out):
     """The L-BFGS direction from `kept` pairs in a ring (Nocedal's two-loop recursion)."""
     alpha = np.empty(_MEMORY)
     out[:] = -grad
     for back in range(kept):
         k = (newest - back) % _MEMORY
-        alpha[back] = _inner(steps[k], out) / _inner(steps[k], changes[k])
-        out -= alpha[back] * changes[k]
+        alpha[back] = _inner(steps[k], out) / products[k]
+        _add(out, -alpha[back], changes[k])
     if kept > 0:
-        out *= _inner(steps[newest], changes[newest]) / _inner(changes[newest], changes[newest])
+        out *= products[newest] / _inner(changes[newest], changes[newest])
     else:
         out /= max(np.sqrt(_inner(grad, grad)), 1.0)
     for back in range(kept - 1, -1, -1):
         k = (newest - back) % _MEMORY
-        beta = _inner(changes[k], out) / _inner(steps[k], changes[k])
-        out += (alpha[back] - beta) * steps[k]
+        _add(out, alpha[back] - _inner(changes[k], out) / products[k], steps[k])
+
+
+@njit(cache=True, nogil=True)
+def _size(q):
+    """How large the curve is: length of all free points' offsets from the first point."""
+    total = 0.0
+    for i in range(FIXED, q.shape[0] - FIXED):
+        for c in range(3):
+            total += (q[i, c] - q[0, c]) ** 2
+    return np.sqrt(total)
 
 
 @njit(cache=True, nogil=True)
@@ -173,22 +187,24 @@ def minimise(
     n = q.shape[0]
     f = n - 2 * FIXED
     grad, trial_grad, trial = np.zeros((n, 3)), np.zeros((n, 3)), q.copy()
-    steps, changes = np.empty((_MEMORY, f, 3)), np.empty((_MEMORY, f, 3))
-    direction, parts = np.empty((f, 3)), np.empty(1)
-    slope_of = grad[FIXED : n - FIXED]
+    steps, changes = np.empty((_MEMORY, 3 * f)), np.empty((_MEMORY, 3 * f))
+    direction, products, parts = np.empty(3 * f), np.empty(_MEMORY), np.empty(1)
+    here, there = q[FIXED : n - FIXED].reshape(3 * f), trial[FIXED : n - FIXED].reshape(3 * f)
+    slopes = grad[FIXED : n - FIXED].reshape(3 * f)
+    trial_slopes = trial_grad[FIXED : n - FIXED].reshape(3 * f)
     cost = total_cost(
         q, interval, weights, limits, places, pushes, counts, wanted, tangents, grad, parts
     )
+    enough = _TOLERANCE * max(_size(q), 1.0)
     kept, newest, evaluations = 0, -1, 1
     for _ in range(_ITERATIONS):
-        if np.sqrt(_inner(slope_of, slope_of)) < _TOLERANCE:
+        if np.sqrt(_inner(slopes, slopes)) < enough:
             return CALM
-        _descent(slope_of, steps, changes, kept, newest, direction)
-        slope, step, lower = _inner(slope_of, direction), 1.0, np.inf
+        _descent(slopes, steps, changes, products, kept, newest, direction)
+        slope, step, lower = _inner(slopes, direction), 1.0, np.inf
         for _ in range(_HALVINGS):
-            for i in range(f):
-                for c in range(3):
-                    trial[FIXED + i, c] = q[FIXED + i, c] + step * direction[i, c]
+            for i in range(3 * f):
+                there[i] = here[i] + step * direction[i]
             lower = total_cost(
                 trial, interval, weights, limits, places, pushes, counts, wanted, tangents,
                 trial_grad, parts,
@@ -203,11 +219,11 @@ def minimise(
             kept = 0  # start again downhill
             continue
         ring = (newest + 1) % _MEMORY
-        for i in range(f):
-            for c in range(3):
-                steps[ring, i, c] = step * direction[i, c]
-                changes[ring, i, c] = trial_grad[FIXED + i, c] - grad[FIXED + i, c]
-        if _inner(steps[ring], changes[ring]) > 1e-10 * _inner(steps[ring], steps[ring]):
+        for i in range(3 * f):
+            steps[ring, i] = step * direction[i]
+            changes[ring, i] = trial_slopes[i] - slopes[i]
+        products[ring] = _inner(steps[ring], changes[ring])
+        if products[ring] > 1e-10 * _inner(steps[ring], steps[ring]):
             newest, kept = ring, min(kept + 1, _MEMORY)
         q[:], grad[:] = trial, trial_grad
         cost = lower

@@ -1,0 +1,1 @@
+"""The inflated map: lookups along legs and curves."""
