@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from .samples import Samples
 RATE = 15.0  # Hz
 LOOK_AHEAD = 0.8  # s: the nose points to where the vehicle will be then
 STOP_SHORT = 2.0  # s before a pole at which a stretch ends: the line leads through the pole
+LOW = 1.5  # m above the ground
+BETWEEN_ROWS = 3.0  # m beside the row
 EGO_STRIDE = 2  # px
 EGO_RANGE = 4.5  # m
 
@@ -44,28 +47,39 @@ class Stretch:
     route: Trajectory | None  # on the frames' clock; None: not known
 
 
-def drawn(mission: Mission, world: World, count: int, samples: Samples) -> tuple[Stretch, ...]:
-    """`count` frames in all, 848x480, in a stretch before each pole that stands on the route.
+def drawn(
+    mission: Mission, world: World, count: int, samples: Samples, low: bool = False
+) -> tuple[Stretch, ...]:
+    """About `count` frames, 848x480, in a stretch before each pole that stands on the route.
 
-    The same mission, world and count give the same frames. Times the drawing as `render`.
+    `low`: not as flown, over the trees, but between the rows, where every second pixel returns
+    from within range instead of every ninth. The same arguments give the same frames. Times the
+    drawing as `render`.
     """
     scene, camera = Scene(world), d455()
     ends = approaches(mission.trajectory, world)
-    each = max(count // len(ends), 1)
+    route = _lowered(mission.trajectory) if low else mission.trajectory
+    each = max(count // len(ends), 2)
     stretches = []
-    for end in ends[: max(count, 1)]:
+    for end in ends:
         times = end - (each - 1 - np.arange(each)) / RATE
-        scene.render(camera, *_pose(mission.trajectory, times[0]), times[0], 0)  # compile
+        scene.render(camera, *_pose(route, times[0]), times[0], 0)  # compile
         seen = []
         for number, time in enumerate(times.tolist()):
-            position, attitude = _pose(mission.trajectory, time)
+            position, attitude = _pose(route, time)
             with samples.timed("render"):
                 depth = scene.render(camera, position, attitude, time, number)
-            velocity = mission.trajectory.at(time).velocity_site
+            velocity = route.at(time).velocity_site
             vehicle = in_flight(Pose(time, position, attitude), velocity)
             seen.append(Seen(DepthFrame(time, depth, camera), vehicle))
-        stretches.append(Stretch(tuple(seen), mission.trajectory))
+        stretches.append(Stretch(tuple(seen), route))
     return tuple(stretches)
+
+
+def _lowered(route: Trajectory) -> Trajectory:
+    moved = route.control_points_site + np.array([0.0, BETWEEN_ROWS, 0.0])
+    moved[:, 2] = LOW
+    return Trajectory(route.start, route.interval, moved)
 
 
 def approaches(route: Trajectory, world: World) -> tuple[float, ...]:
@@ -132,8 +146,12 @@ def recorded(log: Path) -> tuple[Stretch, ...]:
     return (Stretch(tuple(seen), route),)
 
 
-def every_second_pixel(seen: Seen) -> Seen:
-    """The frame as EGO-Planner's map takes it: every second pixel, up to 4.5 m."""
+def thinned(stretches: Sequence[Stretch]) -> tuple[Stretch, ...]:
+    """The frames as EGO-Planner's map takes them: every second pixel, up to 4.5 m."""
+    return tuple(Stretch(tuple(map(_thinned, one.seen)), one.route) for one in stretches)
+
+
+def _thinned(seen: Seen) -> Seen:
     old = seen.frame.camera
     depth = np.ascontiguousarray(seen.frame.depth_mm[::EGO_STRIDE, ::EGO_STRIDE])
     camera: DepthCamera = dataclasses.replace(

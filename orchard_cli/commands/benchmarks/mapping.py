@@ -12,7 +12,7 @@ from orchard_cli.geometry.poses import interpolate
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.mapping import _kernels as mapping_kernels
 
-from .frames import Seen, Stretch, every_second_pixel
+from .frames import Seen, Stretch
 from .samples import Samples
 
 AIRFRAME = 0.35  # m
@@ -21,23 +21,24 @@ PROJECTING = ("project", "count_hits", "nearest_blocks")
 """Kernels whose work is the inverse projection (Liu 2024, eqs. 4-8) and sorting into cells."""
 
 
-def measure(stretches: Sequence[Stretch], rounds: int, samples: Samples) -> None:
-    """Time `map_update` and `map_update_ego`, then `project` inside it, over all frames.
+def measure(stretches: Sequence[Stretch], stage: str, rounds: int, samples: Samples) -> None:
+    """Time the map's update over all frames, as `stage`.
 
     Every stretch begins with an empty map; its first frame is not counted, nor is a first walk
     through some frames, in which the kernels are compiled or loaded.
     """
-    thinned = [[every_second_pixel(one) for one in stretch.seen] for stretch in stretches]
-    full = [stretch.seen for stretch in stretches]
-    for frames, stage in ((full, "map_update"), (thinned, "map_update_ego")):
-        _map(frames[0][:WARM_UP], stage, Samples())
-        for _ in range(rounds):
-            for seen in frames:
-                _map(seen, stage, samples)
+    _map(stretches[0].seen[:WARM_UP], stage, Samples())
+    for _ in range(rounds):
+        for stretch in stretches:
+            _map(stretch.seen, stage, samples)
+
+
+def measure_projection(stretches: Sequence[Stretch], samples: Samples) -> None:
+    """Time `project` inside the map's update, whose kernels are compiled already."""
     kernels: dict[str, list[float]] = {}
     with clocked(mapping_kernels, kernels):
-        for seen in full:
-            _project(seen, kernels, samples)
+        for stretch in stretches:
+            _project(stretch.seen, kernels, samples)
 
 
 def update(grid: OccupancyGrid, seen: Seen) -> None:

@@ -19,7 +19,7 @@ class Peer:
 EGO = "EGO-Planner (C++)"
 
 STAGES: dict[str, tuple[Peer, ...]] = {
-    "map_update": (
+    "map_update_low": (
         Peer("5.6-6.3", "6.8-7.4", "wavemap 2.2 (C++), 848x480, 4.5 m, wall"),
         Peer("13-18.5", "", f"{EGO}, every pixel, 6 m"),
         Peer("42", "57", "OctoMap 1.9.7 (C++), every pixel, thinned per cell"),
@@ -38,12 +38,11 @@ class PeerReplan:
 
     first_call_share: float
     spread: tuple[float, float, float, float]  # median, p95, p99, max
-    searched_median: float | None = None  # of those that used A*
 
 
 EGO_REPLANS: dict[str, PeerReplan] = {
     "density_0.02": PeerReplan(0.992, (0.167, 0.347, 0.443, 0.754)),
-    "density_0.05": PeerReplan(0.992, (0.203, 0.411, 0.520, 0.907), 0.307),
+    "density_0.05": PeerReplan(0.992, (0.203, 0.411, 0.520, 0.907)),
     "forced": PeerReplan(0.926, (0.287, 0.411, 0.462, 0.547)),
     "forced_0.02": PeerReplan(0.915, (0.307, 0.469, 0.585, 0.859)),
     "forced_0.05": PeerReplan(0.898, (0.317, 0.495, 0.633, 1.225)),

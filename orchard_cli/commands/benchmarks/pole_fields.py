@@ -59,10 +59,15 @@ class Case:
     situation: Situation
     poles: Points  # (n, 2) m, their axes
     target_time: float  # s, when the reference is at the target
+    forced_at: float | None  # m to the axis of the pole that was put in the way
 
 
 class KnownGrid(OccupancyGrid):
-    """A map that knows a pole field exactly, without having looked."""
+    """A map around (0, 0, HEIGHT) that knows a pole field exactly, without having looked."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._follow(np.array([0.0, 0.0, HEIGHT]))
 
     def know(self, poles: Points) -> None:
         """Free everywhere but in the cells that a pole (n, 2) touches, at all heights."""
@@ -98,6 +103,7 @@ def cases(field: Field, count: int, seed: int) -> Iterator[Case]:
             Situation(now, now + COMMIT, vehicle, route, route, grid, frame, limits),
             poles,
             time_of_length(route, now, TARGET),
+            float(np.hypot(*poles[0])) if field.forced else None,
         )
 
 

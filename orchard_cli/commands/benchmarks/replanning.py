@@ -22,6 +22,7 @@ from .samples import Samples, Spread
 
 WARM_UP = 20  # calls that are not counted
 _CLOCK = "perf_counter"  # what motion/stopwatch.py reads
+BIN = 0.5  # m
 TICK = 0.02  # s between two places that are checked
 MAPPING = "distance_field"  # a stage of `plan` that prepares the map; EGO-Planner's is in its map
 
@@ -36,6 +37,7 @@ class Tally:
     clearances: list[float] = field(default_factory=list)  # m, of what may be flown on
     stops: list[float] = field(default_factory=list)  # m, of what brakes to rest
     height_error: float = 0.0  # m, greatest
+    found_at: list[tuple[float, bool]] = field(default_factory=list)  # m to a forced pole; found?
 
 
 def measure(
@@ -81,6 +83,8 @@ def _look_at(case: Case, verdict: Verdict, tally: Tally) -> None:
     (tally.stops if isinstance(verdict, Stop) else tally.clearances).append(
         clearance(path, case.poles)
     )
+    if case.forced_at is not None:
+        tally.found_at.append((case.forced_at, not isinstance(verdict, Stop)))
     tally.height_error = max(tally.height_error, float(np.abs(path[:, 2] - HEIGHT).max()))
 
 
@@ -118,6 +122,7 @@ def summary(tally: Tally, margin: float, radius: float) -> dict[str, Any]:
     return {
         "n": calls,
         "first_call_share": len(flown) / calls,
+        "first_call_by_distance_m": _by_distance(tally.found_at),
         "searched_share": len(tally.searched_ms) / calls,
         "replan": Spread.of(tally.replan_ms),
         "searched": Spread.of(tally.searched_ms) if tally.searched_ms else None,
@@ -128,6 +133,14 @@ def summary(tally: Tally, margin: float, radius: float) -> dict[str, Any]:
         "stop_clearance_min_m": _least(tally.stops),
         "height_error_max_m": tally.height_error,
     }
+
+
+def _by_distance(found_at: Sequence[tuple[float, bool]]) -> dict[str, float]:
+    """Share found by the distance to the forced pole, in bins of BIN named by their lower end."""
+    bins: dict[str, list[bool]] = {}
+    for distance, found in sorted(found_at):
+        bins.setdefault(f"{distance // BIN * BIN:.1f}", []).append(found)
+    return {name: sum(found) / len(found) for name, found in bins.items()}
 
 
 def _least(clearances: Sequence[float]) -> float | None:

@@ -52,9 +52,7 @@ def run(plan: Plan) -> dict[str, Any]:
     about, samples = machine.describe(), Samples()
     stretches = _frames(plan, mission, world, samples)
     make = wiring.SYSTEMS[plan.systems[0]]
-    mapping.measure(stretches, plan.rounds, samples)
-    if plan.octomap:
-        octomap.measure(stretches, plan.frames // 4, samples)
+    _maps(plan, stretches, _low(plan, mission, world), samples)
     replans = _replans(plan, mission, samples)
     cycle.measure(stretches, mission, make, plan.paced, samples)
     pace = lockstep.measure(mission, world, plan.simulated, samples)
@@ -96,6 +94,30 @@ def _frames(
 ) -> tuple[frames.Stretch, ...]:
     drawn = frames.drawn(mission, world, plan.frames, samples)
     return drawn if plan.frames_log is None else frames.recorded(plan.frames_log)
+
+
+def _low(plan: Plan, mission: Mission, world: World) -> tuple[frames.Stretch, ...]:
+    """Fuller frames, between the rows; none beside a log's."""
+    if plan.frames_log is not None:
+        return ()
+    return frames.drawn(mission, world, plan.frames // 2, Samples(), low=True)
+
+
+def _maps(
+    plan: Plan,
+    stretches: tuple[frames.Stretch, ...],
+    low: tuple[frames.Stretch, ...],
+    samples: Samples,
+) -> None:
+    """The map as flown; and with the fullest frames there are, beside those of others."""
+    fullest = low or stretches
+    mapping.measure(stretches, "map_update", plan.rounds, samples)
+    if low:
+        mapping.measure(low, "map_update_low", plan.rounds, samples)
+    mapping.measure(frames.thinned(fullest), "map_update_ego", plan.rounds, samples)
+    mapping.measure_projection(fullest, samples)
+    if plan.octomap:
+        octomap.measure(fullest, plan.frames // 4, samples)
 
 
 def _replans(plan: Plan, mission: Mission, samples: Samples) -> dict[str, Any]:

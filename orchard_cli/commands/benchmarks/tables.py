@@ -20,6 +20,7 @@ def show(document: Mapping[str, Any]) -> None:
     console.print(_beside(document["stages"]))
     for system, fields in document["replanning"].items():
         console.print(_replans(system, fields))
+    console.print(_nearness(document["replanning"]))
     if "ratios" in document:
         console.print(_ratios(document["ratios"]))
     lockstep = document["lockstep"]
@@ -68,24 +69,33 @@ def _beside(stages: Mapping[str, Any]) -> Table:
 
 
 def _replans(system: str, fields: Mapping[str, Any]) -> Table:
-    columns = ("with search", "first call", "least clearance m", "height error m")
-    table = _table(f"Replans of {system} in a known map, ms of CPU", "field", *HEADS, *columns)
+    columns = ("first call", "clearance m", "height m")
+    title = f"Replans of {system} in a known map, ms of CPU; least clearance, worst height error"
+    table = _table(title, "field", *HEADS, *columns)
     for name, found in fields.items():
-        searched = found["searched"]
-        table.add_row(
-            name,
-            *_figures(found["replan"]),
-            _ms(searched and searched["median_ms"]),
-            f"{found['first_call_share']:.1%}",
-            _ms(found["clearance_min_m"]),
-            _ms(found["height_error_max_m"]),
-        )
+        clearance, height = _ms(found["clearance_min_m"]), _ms(found["height_error_max_m"])
+        share = f"{found['first_call_share']:.1%}"
+        table.add_row(name, *_figures(found["replan"]), share, clearance, height)
+        if found["searched"] is not None and found["searched_share"] < 1:
+            table.add_row("  with a search", *_figures(found["searched"]))
         peer = EGO_REPLANS[name]
-        share = f"{peer.first_call_share:.1%}"
-        table.add_row(
-            f"  {EGO}", "1000", *map(_ms, peer.spread), _ms(peer.searched_median), share,
-            style="dim",
-        )  # fmt: skip
+        theirs = ("1000", *map(_ms, peer.spread), f"{peer.first_call_share:.1%}")
+        table.add_row(f"  {EGO}", *theirs, style="dim")
+    return table
+
+
+def _nearness(replanning: Mapping[str, Any]) -> Table:
+    """First calls that succeed, by how far ahead the forced pole stands."""
+    rows = [
+        (f"{system}, {name}", found["first_call_by_distance_m"])
+        for system, fields in replanning.items()
+        for name, found in fields.items()
+        if found["first_call_by_distance_m"]
+    ]
+    bins = sorted({distance for _, shares in rows for distance in shares})
+    table = _table("First call, by metres to the forced pole", "from", *bins)
+    for name, shares in rows:
+        table.add_row(name, *(f"{shares[b]:.0%}" if b in shares else "" for b in bins))
     return table
 
 
