@@ -37,6 +37,7 @@ class IdealWorld:
         self.deaf = False
         self.blind = False
         self.refuse: dict[Command, str] = {}
+        self.pose_delay = 0.0  # s, by which telemetry lags
         self.events = []  # (time, callable(self))
         self.model = d455(*camera)
         self._frames = 0
@@ -83,16 +84,18 @@ class IdealWorld:
 
     # Vehicle
     def state(self):
-        if not self.history:
+        known = [p for p in self.history[-60:] if p.time <= self.time - self.pose_delay]
+        if not known:
             return None
-        pose = self.history[-1]
+        pose = known[-1]
         return VehicleState(
             pose.time, pose.position_site, self.velocity, pose.site_from_body, np.zeros(3),
             self.armed, self.mode, self.landed, pose.time, self.battery, 16.0, True,
         )  # fmt: skip
 
     def poses(self, since):
-        return tuple(p for p in self.history[-200:] if p.time > since)
+        newest = self.time - self.pose_delay
+        return tuple(p for p in self.history[-200:] if since < p.time <= newest)
 
     def send(self, setpoint):
         self.setpoint = setpoint

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from orchard_cli.errors import Fault, FlightEndedEarly, InputError
+from orchard_cli.errors import Fault, InputError
 
 NAME = "lemon-gazebo"
 MISSIONS = Path(__file__).resolve().parents[2] / "missions"
@@ -29,7 +29,7 @@ def demo(
     from orchard_cli import mission as missions
 
     from .analyze import document, draw, measured, published
-    from .fly import camera_mode, fly_mission
+    from .fly import camera_mode, demand_as_planned, fly_mission
     from .plan import plan
     from .wiring import Choices
 
@@ -61,5 +61,4 @@ def demo(
             f"flown at {summary['speed_factor']} times real time; "
             f"{log_file} opens in Foxglove, {out / 'overview.png'} shows the flight"
         )
-    if not ending.as_planned:
-        raise FlightEndedEarly(ending.why)
+    demand_as_planned(ending)

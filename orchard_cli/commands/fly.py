@@ -60,6 +60,7 @@ def fly(
         mend_failsafes=mend_failsafes,
         rendered_camera=rendered_camera,
     )
+    _refuse_contradictions(connect, world, lockstep, speed_factor, rendered_camera)
     plan = missions.load(mission)
     path = log if log is not None else default_log(plan.name)
     ending, summary = fly_mission(plan, choices, path, world, connect, lockstep, quiet or json)
@@ -67,10 +68,42 @@ def fly(
         typer.echo(json_module.dumps(summary))
     elif not quiet:
         typer.echo(f"log: {path}", err=True)
-    if not ending.as_planned:
-        from orchard_cli.errors import FlightEndedEarly
+    if summary["log_losses"]:
+        typer.echo(f"orchard: the log has lost records: {summary['log_losses']}", err=True)
+    demand_as_planned(ending)
 
+
+def demand_as_planned(ending: Ending) -> None:
+    """Raises LinkError or FlightEndedEarly when the flight did not end as planned."""
+    from orchard_cli.errors import FlightEndedEarly, LinkError
+
+    if ending.trouble:
+        raise LinkError(ending.why)
+    if not ending.as_planned:
         raise FlightEndedEarly(ending.why)
+
+
+def _refuse_contradictions(
+    connect: str | None,
+    world: Path | None,
+    lockstep: bool,
+    speed_factor: float,
+    rendered_camera: bool,
+) -> None:
+    """A real vehicle has no other clock than the real one, and a world file only on the bench."""
+    from orchard_cli.errors import Fault, InputError
+
+    real = connect is not None
+    wrong = (
+        (real and lockstep, "--lockstep", "is the simulator's; leave it out with --connect"),
+        (real and speed_factor != 1, "--speed-factor", "cannot hurry a real vehicle; leave it out"),
+        (real and world is not None and not rendered_camera, "--world", "needs --rendered-camera"),
+        (rendered_camera and not (real and world), "--rendered-camera", "needs --connect, --world"),
+        (lockstep and speed_factor != 1, "--speed-factor", "lockstep goes as fast as it can"),
+    )
+    faults = [Fault(where, what) for is_wrong, where, what in wrong if is_wrong]
+    if faults:
+        raise InputError(faults)
 
 
 def camera_mode(text: str) -> tuple[int, int]:
@@ -155,6 +188,7 @@ def _run(
             vehicle=equipment.vehicle,
             camera=equipment.camera,
             worker=equipment.worker,
+            errands=equipment.errands,
             clock=equipment.clock,
             recorder=recorder,
             reporter=reporter,

@@ -23,6 +23,10 @@ KEYS = {
 }
 
 
+_ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_IGNORED = (signal.SIGTSTP, signal.SIGQUIT)  # a suspended program would be ended by the deadman
+
+
 class Operator:
     """Fits flight/ports.py `Operator`.
 
@@ -44,29 +48,37 @@ class Operator:
     def request(self) -> Request | None:
         """The oldest request that was not handed out yet."""
         if self._attended:
-            while select.select([sys.stdin], [], [], 0)[0]:
-                key = os.read(sys.stdin.fileno(), 1).decode(errors="ignore").lower()
-                if not key:
-                    break
-                if key in KEYS:
-                    self._asked.append(KEYS[key])
-        return self._asked.popleft() if self._asked else None
+            with contextlib.suppress(OSError):  # a terminal that went away asks for nothing
+                self._read_keys()
+        request = self._asked.popleft() if self._asked else None
+        if request is Request.CONTINUE:
+            self._interrupts = 0  # the next Ctrl-C holds again
+        return request
+
+    def _read_keys(self) -> None:
+        while select.select([sys.stdin], [], [], 0)[0]:
+            key = os.read(sys.stdin.fileno(), 1).decode(errors="ignore").lower()
+            if not key:
+                return
+            if key in KEYS:
+                self._asked.append(KEYS[key])
 
     def interrupt(self, number: int, frame: FrameType | None) -> None:
         """Handle SIGINT and SIGTERM."""
-        del number, frame
+        del frame
         self._interrupts += 1
         if self._interrupts > 1:
             self._asked.append(Request.LAND)
             return
         self._asked.append(Request.HOLD)
-        if not self._attended:
+        if not self._attended or number == signal.SIGHUP:
             self._asked.append(self._unattended)
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Operator]:
         """Take over the signals, and the keys when there is a terminal; give both back."""
-        before = {n: signal.signal(n, self.interrupt) for n in (signal.SIGINT, signal.SIGTERM)}
+        before = {number: signal.signal(number, self.interrupt) for number in _ASKING}
+        before |= {number: signal.signal(number, signal.SIG_IGN) for number in _IGNORED}
         modes = None
         if self._attended:
             modes = termios.tcgetattr(sys.stdin)

@@ -1,8 +1,8 @@
 """What is flown at this moment: the one maker of setpoints.
 
-It stands, or brakes, or joins the route (straight to its start, then turns to look along it), or
-follows a trajectory. Position, velocity and acceleration never step: trajectories are exchanged
-only for others that agree up to the instant of the exchange, or while standing.
+It stands, or brakes, or joins the route (leg by leg to its start, looking along each), or follows
+a trajectory. Position (but for NEAR), velocity and acceleration never step: trajectories are
+exchanged only for others that agree up to the instant of the exchange, or while standing.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from orchard_cli.motion.yaw import heading_ahead, step_yaw, wrapped
 
 LOOK_AHEAD = 0.8  # s: the nose points to where the vehicle will be then
 YAW_ACCELERATION = 1.0  # rad/s²
-NEAR = 0.15  # m: close enough to begin
+NEAR = 0.03  # m: closer than this a leg is not flown; the setpoint steps by as much
 ALIGNED = math.radians(4.0)
 
 
@@ -33,7 +33,7 @@ class Guidance:
         self._limits = limits
         self._active: Trajectory | None = None
         self._reference: Trajectory | None = None
-        self._pending: Trajectory | None = None  # begins once we stand at its start, looking along
+        self._legs: list[Trajectory] = []  # each begins once we stand at its start, looking along
         self._stand = np.zeros(3)
         self._yaw = 0.0
         self._yaw_rate = 0.0
@@ -50,7 +50,7 @@ class Guidance:
     @property
     def pending(self) -> bool:
         """Whether a route waits to begin."""
-        return self._pending is not None
+        return bool(self._legs)
 
     @property
     def reference(self) -> Trajectory | None:
@@ -71,45 +71,59 @@ class Guidance:
 
     def arrived(self, now: float) -> bool:
         """Whether the route has been flown to its end."""
-        return self._reference is not None and self.still(now) and not self.blocked
+        flown = self._reference is not None and self.still(now)
+        return flown and not self.blocked and not self._legs
 
     def stand(self, state: VehicleState) -> None:
         """Forget every trajectory and stand where the vehicle is, looking where it looks."""
-        self._active = self._reference = self._pending = None
+        self._active = self._reference = None
+        self._legs = []
         self.blocked = False
         self._stand = state.position_site.copy()
         self._yaw, self._yaw_rate = state.yaw_site, 0.0
 
     def brake(self, now: float) -> None:
         """Come to rest along the active trajectory and stand there."""
-        self._pending = self._reference = None
+        self._legs, self._reference = [], None
         if self._active is not None and now < self._active.end:
             self._active = brake(self._active, now, self._limits.acceleration)
+        self.blocked = False
 
     def join(self, route: Trajectory, now: float) -> None:
-        """From standing: go straight to the start of `route` and look along it."""
+        """From standing: climb or sink to the height of its start, go there, look along it.
+
+        Each way there is a leg of its own, flown looking along it and judged by the planner.
+        """
         self._settle(now)
         self.blocked = False
-        self._pending = route
         goal = route.control_points_site[0]
-        if float(np.linalg.norm(goal - self._stand)) > NEAR:
-            self._active = self.timed(np.stack([self._stand, goal])).shifted(now)
-            self._stand = goal
+        over = np.array([*self._stand[:2], goal[2]])
+        self._legs = [
+            self.timed(np.stack([start, end]))
+            for start, end in ((self._stand, over), (over, goal))
+            if float(np.linalg.norm(end - start)) > NEAR
+        ]
+        self._legs.append(route)
+
+    def advance(self, now: float) -> None:
+        """Begin the next leg towards the route when the one before is done; never the route."""
+        if len(self._legs) > 1 and self._aligned(now):
+            self.begin(now)
 
     def joined(self, now: float) -> bool:
-        """Whether the pending route may begin: there, still, and looking along it."""
-        if self._pending is None or not self.still(now):
-            return False
-        return abs(wrapped(self._target_yaw(now) - self._yaw)) < ALIGNED
+        """Whether the route may begin: there, still, and looking along it."""
+        return len(self._legs) == 1 and self._aligned(now)
 
     def begin(self, now: float) -> Trajectory:
-        """Fly the pending route from now on; returns it on the flight clock."""
-        if self._pending is None:
-            raise RuntimeError("no route was joined")
-        route = self._pending.shifted(now - self._pending.start)
-        self._active = self._reference = route
-        self._pending = None
-        return route
+        """Fly the next leg from now on; returns it on the flight clock."""
+        leg = self._legs.pop(0)
+        self._active = self._reference = leg.shifted(now - leg.start)
+        self._avoiding_until = -math.inf
+        return self._reference
+
+    def _aligned(self, now: float) -> bool:
+        still = self.still(now) and not self.blocked
+        return still and abs(wrapped(self._target_yaw(now) - self._yaw)) < ALIGNED
 
     def take(self, verdict: Verdict, commit: float, now: float) -> bool:
         """Fly what the avoidance system answered; False when it came too late to be joined.
@@ -155,6 +169,10 @@ class Guidance:
             acceleration = state.acceleration_site
         return Setpoint(now, position, velocity, acceleration, self._yaw, self._yaw_rate)
 
+    def yaw_error(self, yaw_site: float) -> float:
+        """rad between where the vehicle looks and where it is told to look."""
+        return abs(wrapped(yaw_site - self._yaw))
+
     def position(self, now: float) -> Vector:
         """(3,) m: where the vehicle should be."""
         return self._stand if self._active is None else self._active.at(now).position_site
@@ -166,9 +184,9 @@ class Guidance:
 
     def _target_yaw(self, now: float) -> float:
         ahead = None
-        if self._pending is not None and self.still(now):
-            ahead = _first_heading(self._pending)
-        elif self._active is not None and self._pending is None:
+        if self._legs and self.still(now):
+            ahead = _first_heading(self._legs[0])
+        elif self._active is not None:
             ahead = heading_ahead(self._active, now, LOOK_AHEAD)
         return self._yaw if ahead is None else ahead
 

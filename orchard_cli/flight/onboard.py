@@ -39,6 +39,7 @@ class OnboardResult:
     """What one cycle found."""
 
     job: OnboardJob
+    mapped: bool  # the frame went into the map; without that the verdict says nothing
     verdict: Verdict
     record: PlannerRecord
     occupied: OccupiedCells | None
@@ -58,7 +59,7 @@ class Onboard:
         began = perf_counter()
         pose = interpolate(job.poses, job.frame.time)
         if pose is None:
-            return self._result(job, Keep("no pose at the frame's time"), {}, began)
+            return self._result(job, False, Keep("no pose at the frame's time"), {}, began)
         self._grid.insert(job.frame, pose)
         self._grid.clear_sphere(job.vehicle.position_site, self._limits.airframe_radius)
         self._grid.decay(job.frame.time)
@@ -69,7 +70,7 @@ class Onboard:
             "plan": (perf_counter() - mapped) * 1e3,
             **verdict.stages_ms,
         }
-        return self._result(job, verdict, stages, began)
+        return self._result(job, True, verdict, stages, began)
 
     def _judge(self, job: OnboardJob) -> Verdict:
         if job.active is None or job.reference is None:
@@ -88,7 +89,12 @@ class Onboard:
         )
 
     def _result(
-        self, job: OnboardJob, verdict: Verdict, stages: Mapping[str, float], began: float
+        self,
+        job: OnboardJob,
+        mapped: bool,
+        verdict: Verdict,
+        stages: Mapping[str, float],
+        began: float,
     ) -> OnboardResult:
         words = {Keep: "keep", Avoid: "avoid", Stop: "stop"}
         occupied = self._occupied(job)
@@ -100,7 +106,7 @@ class Onboard:
             blocked_at=verdict.blocked_at,
             stages_ms={**stages, "cycle": (perf_counter() - began) * 1e3},
         )
-        return OnboardResult(job, verdict, record, occupied)
+        return OnboardResult(job, mapped, verdict, record, occupied)
 
     def _occupied(self, job: OnboardJob) -> OccupiedCells | None:
         if job.now - self._mapped < MAP_PERIOD:

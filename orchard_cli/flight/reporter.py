@@ -12,10 +12,10 @@ from orchard_cli.model.records import LogLine, SafetyRecord, Severity, SprayReco
 from orchard_cli.model.vehicle import VehicleState
 
 from .onboard import OnboardResult
-from .phases import Decision
 from .ports import Display, Recorder
 from .safety import Seen
 from .spray import Spray
+from .stage import Decision
 from .status import Status
 
 SHOW_PERIOD = 0.25  # s of the flight clock

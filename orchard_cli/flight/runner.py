@@ -12,24 +12,31 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchard_cli.model.arrays import Vector
-from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import NewTrajectory, Severity
-from orchard_cli.model.vehicle import FlightMode, VehicleState
-from orchard_cli.motion.situation import Avoid
+from orchard_cli.model.trajectory import Trajectory
+from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
+from orchard_cli.motion.situation import Avoid, Keep
 
-from .helm import Helm
+from .helm import Errand, Helm
+from .inbox import Inbox
 from .onboard import OnboardJob, OnboardResult
-from .phases import Decision, Stage, begin, step
+from .phases import begin, step
 from .ports import Camera, Clock, Guard, Operator, Recorder, Truth, Vehicle
 from .preflight import not_ready
 from .reporter import Reporter
-from .safety import Phase, Seen, Tolerances
+from .safety import Phase, Request, Seen, Tolerances
 from .spray import spray
+from .stage import Decision, Stage
 from .worker import Worker
 
 RATE = 50.0  # Hz of the control loop and of the setpoint stream
 COMMIT = 0.3  # s: an avoidance begins at least this much after it was asked for
+REQUEST_LIFE = 1.0  # s for which the operator's request is told again until it is acted upon
+CLIMBED = 1.2  # m below its height at which PX4 calls a take-off done (0.8 m) and a margin
+AT_ROUTE = 1.0  # m, and
+ALONG_ROUTE = 0.25  # rad, between the vehicle and where it should stand before a route begins
+LOST = 5.0  # s of silence at the end: what became of the vehicle is not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +46,7 @@ class Gear:
     vehicle: Vehicle
     camera: Camera
     worker: Worker[OnboardJob, OnboardResult]
+    errands: Worker[Errand, Trajectory]
     clock: Clock
     recorder: Recorder
     reporter: Reporter
@@ -53,6 +61,7 @@ class Ending:
 
     as_planned: bool
     why: str
+    trouble: bool = False  # it never armed, or what became of it is not known
 
 
 class Flight:
@@ -62,27 +71,35 @@ class Flight:
         self._mission = mission
         self._gear = gear
         self._tolerances = tolerances or Tolerances()
-        self._helm = Helm(mission)
-        self._frame: DepthFrame | None = None  # newest that was not worked on yet
-        self._frame_time = -math.inf
+        self._helm = Helm(mission, gear.errands)
+        self._inbox = Inbox()
         self._planned = -math.inf
         self._refused: str | None = None
+        self._asked: tuple[Request, float] | None = None
+        self._upright = math.inf  # s, when the vehicle was last seen flying as it should
         self._streaming = False
 
     def run(self) -> Ending:
         """Fly until the flight has ended; always leaves the stream stopped and the guard off."""
         gear = self._gear
         began = gear.clock.now()
-        stage, tick = begin(began), 0
+        stage, tick, flown = begin(began), 0, False
         try:
             while stage.phase is not Phase.ENDED:
                 tick = max(tick + 1, int((gear.clock.now() - began) * RATE))
                 gear.clock.sleep_until(began + tick / RATE)
                 stage = self._cycle(stage, gear.clock.now())
+                flown = flown or stage.phase is Phase.TAKEOFF
+        except Exception:
+            gear.vehicle.command(Command.HOLD)  # nobody will decide any more
+            raise
         finally:
             gear.vehicle.stop_sending()
             gear.guard.disarm()
-        return Ending(stage.as_planned, stage.why)
+        state = gear.vehicle.state()
+        lost = state is not None and gear.clock.now() - state.heard > LOST
+        refused = not flown and stage.cause is None
+        return Ending(stage.as_planned, stage.why, lost or refused)
 
     def _cycle(self, stage: Stage, now: float) -> Stage:
         state = self._gear.vehicle.state()
@@ -90,23 +107,23 @@ class Flight:
         self._think(state, now)
         seen = self._gather(stage, state, now)
         decision = step(stage, seen, now, self._tolerances)
-        if decision.stage.phase is not stage.phase:
+        after = decision.stage
+        if after.phase is not stage.phase or after.since != stage.since:
+            self._asked = None
             self._refused = None
-            severity = Severity.INFO if decision.stage.as_planned else Severity.WARNING
-            change = f"{stage.phase.value} -> {decision.stage.phase.value}"
-            self._gear.reporter.say(now, severity, f"{change}: {decision.stage.why}")
+            severity = Severity.INFO if after.as_planned else Severity.WARNING
+            change = f"{stage.phase.value} -> {after.phase.value}"
+            self._gear.reporter.say(now, severity, f"{change}: {after.why}")
         self._act(decision, state, now)
         self._tell(decision, seen, now)
-        return decision.stage
+        return after
 
     def _look(self, now: float) -> None:
-        """Take the newest frame; a blank one is as good as none."""
+        """Take the newest frame."""
         frame = self._gear.camera.latest()
-        if frame is None:
-            return
-        self._gear.recorder.write(frame)
-        if frame.depth_mm.any():
-            self._frame, self._frame_time = frame, min(frame.time, now)
+        if frame is not None:
+            self._gear.recorder.write(frame)
+            self._inbox.put(frame, now)
 
     def _think(self, state: VehicleState | None, now: float) -> None:
         """Collect the finished onboard cycle and start the next one."""
@@ -115,12 +132,11 @@ class Flight:
         if isinstance(result, Exception):
             self._gear.reporter.say(now, Severity.ERROR, f"onboard cycle failed: {result!r}")
         elif result is not None:
-            self._planned = now
             self._gear.reporter.onboard(result)
             self._take(result, now)
-        if self._frame is None or state is None or not worker.idle():
+        frame = self._inbox.take(state.time) if state is not None and worker.idle() else None
+        if frame is None or state is None:
             return
-        frame, self._frame = self._frame, None
         poses = self._gear.vehicle.poses(frame.time - 0.2)
         job = OnboardJob(
             now, now + COMMIT, frame, poses, state, guidance.active, guidance.reference
@@ -128,48 +144,67 @@ class Flight:
         worker.give(job, now)
 
     def _take(self, result: OnboardResult, now: float) -> None:
-        """Fly a new trajectory, unless it was made for one that is no longer flown."""
-        before = self._helm.guidance.active
-        if result.job.active is not before:
+        """Fly a new trajectory, unless it was made for one that is no longer flown.
+
+        Only an answer in time, from a frame that was mapped, shows that somebody looks ahead; a
+        way round that came too late shows that nobody does.
+        """
+        before, verdict = self._helm.guidance.active, result.verdict
+        in_time = result.mapped and now <= result.job.commit
+        if in_time:
+            self._planned = now
+        if result.job.active is not before or isinstance(verdict, Keep):
             return
-        if not self._helm.take(result.verdict, result.job.commit, now):
-            self._gear.reporter.say(now, Severity.WARNING, "an avoidance came too late to be flown")
+        if not in_time or not self._helm.take(verdict, result.job.commit, now):
+            self._planned = -math.inf
+            self._gear.reporter.say(now, Severity.WARNING, f"too late to be flown: {verdict.why}")
         after = self._helm.guidance.active
         if after is not None and after is not before:
-            verdict = result.verdict
             guide = verdict.guide_site if isinstance(verdict, Avoid) else np.empty((0, 3))
             self._gear.recorder.write(NewTrajectory(now, after, guide, verdict.why))
 
     def _gather(self, stage: Stage, state: VehicleState | None, now: float) -> Seen:
-        guidance = self._helm.guidance
-        for answer in self._gear.vehicle.answers():
-            self._refused = None if answer.accepted else answer.said
-            severity = Severity.INFO if answer.accepted else Severity.WARNING
-            self._gear.reporter.say(answer.time, severity, f"{answer.command.value}: {answer.said}")
-        frame_age, planner_age = now - self._frame_time, now - self._planned
+        guidance, tolerances = self._helm.guidance, self._tolerances
+        self._hear(now)
+        frame_age, planner_age = now - self._inbox.newest, now - self._planned
         checking = stage.phase is Phase.PREFLIGHT
         behind = self._behind(state, now)
         reserve = self._mission.limits.reserve
         return Seen(
             vehicle=state,
-            silence=math.inf if state is None else now - state.heard,
+            silence=math.inf if state is None else now - min(state.heard, state.time),
             frame_age=frame_age,
             planner_age=planner_age,
             off_track=float(np.linalg.norm(behind)),
-            sunk=max(float(behind[2]), 0.0),
+            falling=self._falling(state, float(behind[2]), now),
             blocked=guidance.blocked,
             avoiding=guidance.avoiding(now),
+            routed=guidance.reference is not None,
+            joining=guidance.pending,
+            climbed=self._climbed(state),
             still=guidance.still(now),
-            joined=state is not None and state.mode is FlightMode.OFFBOARD and guidance.joined(now),
+            joined=self._joined(state, behind, now),
             route_done=guidance.arrived(now),
             return_share=self._return_share(now),
             critical_share=reserve / 2,
-            not_ready=not_ready(self._mission, state, frame_age, planner_age, self._tolerances)
+            not_ready=not_ready(self._mission, state, frame_age, planner_age, tolerances)
             if checking
             else (),
-            request=self._gear.operator.request(),
+            request=None if self._asked is None else self._asked[0],
             refused=self._refused,
         )
+
+    def _hear(self, now: float) -> None:
+        """Answers of the autopilot, and requests of the operator."""
+        for answer in self._gear.vehicle.answers():
+            self._refused = None if answer.accepted else answer.said
+            severity = Severity.INFO if answer.accepted else Severity.WARNING
+            self._gear.reporter.say(answer.time, severity, f"{answer.command.value}: {answer.said}")
+        request = self._gear.operator.request()
+        if request is not None:
+            self._asked = (request, now)
+        elif self._asked is not None and now - self._asked[1] > REQUEST_LIFE:
+            self._asked = None
 
     def _behind(self, state: VehicleState | None, now: float) -> Vector:
         """(3,) m from the vehicle to where it should be; zero when nothing is streamed."""
@@ -177,6 +212,25 @@ class Flight:
             return np.zeros(3)
         behind: Vector = self._helm.guidance.position(now) - state.position_site
         return behind
+
+    def _falling(self, state: VehicleState | None, under: float, now: float) -> float:
+        """Seconds for which the vehicle has been far under its setpoint, or on the ground."""
+        down = state is not None and state.landed is Landed.ON_GROUND
+        if not down and under <= self._tolerances.sunk:
+            self._upright = now
+        return now - min(self._upright, now)
+
+    def _climbed(self, state: VehicleState | None) -> bool:
+        start = self._mission.takeoff_ground + self._mission.takeoff_height
+        return state is not None and float(state.position_site[2]) > start - CLIMBED
+
+    def _joined(self, state: VehicleState | None, behind: Vector, now: float) -> bool:
+        """Whether vehicle and setpoint both stand at the route's next point, looking along it."""
+        guidance = self._helm.guidance
+        if state is None or state.mode is not FlightMode.OFFBOARD or not guidance.joined(now):
+            return False
+        near = float(np.linalg.norm(behind)) < AT_ROUTE
+        return near and guidance.yaw_error(state.yaw_site) < ALONG_ROUTE
 
     def _return_share(self, now: float) -> float:
         """Share of the battery below which to turn back, with half of the reserve.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from orchard_cli.model.vehicle import FlightMode, Landed, VehicleState
+from orchard_cli.model.vehicle import FlightMode, VehicleState
 
 
 class Phase(Enum):
@@ -59,10 +59,10 @@ _ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
     Hazard.FALLEN:           (STAY,  STAY,  _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
     Hazard.LAND_ASKED:       (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
     Hazard.BATTERY_CRITICAL: (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
-    Hazard.LINK_SILENT:      (STAY,  _HOLD, _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.LINK_SILENT:      (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.RETURN_ASKED:     (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
     Hazard.BATTERY_LOW:      (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
-    Hazard.HOLD_ASKED:       (_OVER, _HOLD, _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.HOLD_ASKED:       (_OVER, _LAND, _HOLD, _HOLD, _HOLD, _HOLD, _HOLD, STAY,  STAY, STAY),
     Hazard.OFF_TRACK:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.FRAME_LATE:       (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.PLANNER_LATE:     (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
@@ -88,11 +88,12 @@ class Request(Enum):
 class Tolerances:
     """When something counts as a hazard."""
 
-    silence: float = 1.0  # s without telemetry
+    silence: float = 0.5  # s without telemetry: nothing is streamed, and a hold begins
     frame_age: float = 0.5  # s since the newest depth frame was taken
     planner_age: float = 0.5  # s since the last onboard cycle ended
     off_track: float = 1.5  # m between the vehicle and its setpoint
     sunk: float = 1.5  # m under its setpoint: it falls
+    falling: float = 0.3  # s of falling, or of lying on the ground, before it counts
     mode_grace: float = 2.0  # s, modes are told once a second
 
 
@@ -105,9 +106,12 @@ class Seen:
     frame_age: float  # s
     planner_age: float  # s
     off_track: float  # m between the vehicle and its setpoint; 0 when nothing is streamed
-    sunk: float  # m under its setpoint's height; 0 when nothing is streamed
+    falling: float  # s for which it has been far under its setpoint, or on the ground
     blocked: bool  # the last verdict was to stop
     avoiding: bool  # between leaving the reference and being back on it
+    routed: bool  # there is a trajectory with a reference to fly
+    joining: bool  # on the way to the route's next point
+    climbed: bool  # near the height at which the trajectory starts
     still: bool  # standing at the end of what it was told to do
     joined: bool  # at the route's next point and looking along it
     route_done: bool
@@ -129,14 +133,29 @@ _OURS = {  # modes that this program itself brings about, by phase
 }
 
 
-def hazards(phase: Phase, age: float, seen: Seen, tolerances: Tolerances) -> tuple[Hazard, ...]:
-    """Every hazard present, by precedence. `age` is the seconds since the phase began."""
+_TAKEN = {  # once the mode that a phase asks for was seen in it, every other one is somebody's
+    Phase.RESUME: {FlightMode.OFFBOARD},
+    Phase.HOLD: {FlightMode.OFFBOARD},
+    Phase.RETURN: {FlightMode.OFFBOARD},
+    Phase.LANDING: {FlightMode.LAND},
+}
+
+
+def hazards(
+    phase: Phase, age: float, engaged: bool, seen: Seen, tolerances: Tolerances
+) -> tuple[Hazard, ...]:
+    """Every hazard present, by precedence.
+
+    `age` is the seconds since the phase began, `engaged` whether the autopilot was seen in it in
+    the mode that the phase asks for.
+    """
     vehicle, found = seen.vehicle, []
     flying = phase not in (Phase.PREFLIGHT, Phase.ENDED)
     if vehicle is not None and flying:
-        foreign = vehicle.mode not in _OURS.get(phase, set(FlightMode))
+        ours = (_TAKEN if engaged else _OURS).get(phase, _OURS.get(phase, set(FlightMode)))
+        foreign = vehicle.armed and vehicle.mode not in ours
         sticks = vehicle.mode is FlightMode.PILOT
-        if sticks or (foreign and age > tolerances.mode_grace):
+        if sticks or (foreign and (engaged or age > tolerances.mode_grace)):
             found.append(Hazard.PILOT)
         if not vehicle.armed and phase not in (Phase.LANDING, Phase.PILOT):
             found.append(Hazard.CRASHED)
@@ -144,7 +163,7 @@ def hazards(phase: Phase, age: float, seen: Seen, tolerances: Tolerances) -> tup
             found.append(Hazard.BATTERY_CRITICAL)
         if vehicle.battery_share < seen.return_share:
             found.append(Hazard.BATTERY_LOW)
-        if seen.sunk > tolerances.sunk or vehicle.landed is Landed.ON_GROUND:
+        if seen.falling > tolerances.falling:
             found.append(Hazard.FALLEN)
     present = (
         (seen.request is Request.LAND, Hazard.LAND_ASKED),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
-from shapely import LineString
 
 from orchard_cli.model.arrays import Points, Vector
 from orchard_cli.motion.fit import rounded
@@ -11,6 +12,7 @@ from orchard_cli.motion.fit import rounded
 SPACING = 0.5  # m
 TOLERANCE = 0.2  # m: the way home may leave the flown one by this much
 CORNER_CUT = 0.3  # m
+_HAIR = np.array([0.0, 0.0, 1e-3])  # m: a way home that is hardly one
 
 
 class Trail:
@@ -36,13 +38,42 @@ class Trail:
         return self._length
 
     def home(self, here_site: Vector) -> Points:
-        """(n, 3) m: from here back to the first point, its wiggles straightened by TOLERANCE."""
-        back = self._points[::-1] or [here_site]
-        path = [here_site, *(p for p in back if np.linalg.norm(p - here_site) > SPACING)]
-        if len(path) == 1:
-            path.append(back[-1] + np.array([0.0, 0.0, 1e-3]))
-        corners = np.array(LineString(path).simplify(TOLERANCE).coords)
-        try:
-            return rounded(corners, CORNER_CUT).points_site
-        except ValueError:  # it once came straight back on its own line: turn there on the spot
-            return corners
+        """(n, 3) m: from here over the nearest flown point back to the first one."""
+        if not self._points:
+            return np.stack([here_site, here_site + _HAIR])
+        points = np.stack(self._points)
+        nearest = int(np.argmin(np.linalg.norm(points - here_site, axis=1)))
+        path = np.concatenate([here_site[None], points[nearest::-1]])
+        corners = straightened(path, TOLERANCE)
+        apart = np.linalg.norm(np.diff(corners, axis=0), axis=1) > 1e-3
+        corners = np.asarray(corners[np.concatenate([[True], apart])])
+        if len(corners) == 1:
+            return np.stack([here_site, here_site + _HAIR])
+        with contextlib.suppress(ValueError):  # straight back on its own line: turn on the spot
+            corners = rounded(corners, CORNER_CUT).points_site
+        return corners
+
+
+def straightened(path: Points, tolerance: float) -> Points:
+    """The fewest of the points (n, 3) from which none is farther than `tolerance` m in space.
+
+    Ramer-Douglas-Peucker; the first and the last point stay.
+    """
+    keep = np.zeros(len(path), dtype=bool)
+    keep[[0, -1]] = True
+    spans = [(0, len(path) - 1)]
+    while spans:
+        first, last = spans.pop()
+        if last - first < 2:
+            continue
+        inner, chord = path[first + 1 : last] - path[first], path[last] - path[first]
+        length = float(chord @ chord)
+        share = np.clip(inner @ chord / length, 0.0, 1.0) if length > 0 else np.zeros(len(inner))
+        off = np.linalg.norm(inner - share[:, None] * chord, axis=1)
+        worst = int(np.argmax(off))
+        if off[worst] > tolerance:
+            middle = first + 1 + worst
+            keep[middle] = True
+            spans += [(first, middle), (middle, last)]
+    kept: Points = path[keep]
+    return kept

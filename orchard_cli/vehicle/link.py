@@ -7,6 +7,7 @@ read from its result (PX4 acknowledges mode changes before it decides): see `sta
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 import time
@@ -39,6 +40,7 @@ from .port_lock import PortLock
 from .telemetry import TelemetryFeed
 
 Now = Callable[[], float]
+_URGENT = (Command.HOLD, Command.LAND, Command.DISARM)
 FIX_PATIENCE = 45.0  # s of real time for the autopilot's first fix
 
 _RATES = (  # Hz; what is not needed is turned down, so that the link carries what is
@@ -123,7 +125,7 @@ class MavsdkVehicle:
         self._worker = threading.Thread(target=self._work, name="vehicle-commands", daemon=True)
         self._worker.start()
         system.subscribe_is_connected(self._on_connected)
-        self._wishes.put(self._set_rates)
+        self._on_connected(True, None)
 
     def state(self) -> VehicleState | None:
         """Newest telemetry, in the site frame."""
@@ -155,13 +157,23 @@ class MavsdkVehicle:
 
     def stop_sending(self) -> None:
         """End MAVSDK's own re-sending too: only destroying the plugin does."""
-        if self._offboard is not None:
-            self._offboard.destroy()
-            self._offboard = None
+        offboard, self._offboard = self._offboard, None
+        if offboard is not None:
+            offboard.destroy()
 
     def command(self, command: Command, height: float = float("nan")) -> None:
-        """Queue a command; its answer comes through `answers`."""
+        """Queue a command; its answer comes through `answers`.
+
+        What ends a flight does not wait behind what was asked before it.
+        """
+        if command in _URGENT:
+            self._forget_wishes()
         self._wishes.put(lambda: self._carry_out(command, height))
+
+    def _forget_wishes(self) -> None:
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._wishes.get_nowait()
 
     def answers(self) -> tuple[Answer, ...]:
         """Answers since the last call."""
@@ -220,15 +232,16 @@ class MavsdkVehicle:
         return LocalFrame(origin.heading, np.array([x, y, place.ground_site]))
 
     def _on_connected(self, connected: bool, _: Any) -> None:
-        if connected:  # an autopilot that rebooted has forgotten its rates
-            self._wishes.put(self._set_rates)
+        """An autopilot that rebooted has forgotten its rates; commands do not wait for them."""
+        if connected:
+            threading.Thread(target=self._set_rates, name="vehicle-rates", daemon=True).start()
 
     def _set_rates(self) -> None:
         for name, rate in _RATES:
             try:
                 getattr(self._telemetry, name)(rate)
-            except mavsdk.MavsdkError:
-                continue  # the stream stays at the autopilot's own rate
+            except (mavsdk.MavsdkError, RuntimeError):
+                continue  # the stream stays at the autopilot's own rate, or the link is closed
 
     def _work(self) -> None:
         while (wish := self._wishes.get()) is not None:
@@ -240,6 +253,8 @@ class MavsdkVehicle:
             accepted, said = True, "accepted"
         except mavsdk.MavsdkError as error:
             accepted, said = False, " ".join((error.result.name, *self._reasons(command)))
+        except Exception as error:  # this thread must outlive anything: LAND comes through it
+            accepted, said = False, f"{type(error).__name__}: {error}"
         self._answers.append(Answer(command, accepted, said, self._now()))
 
     def _ask(self, command: Command, height: float) -> None:
@@ -247,7 +262,9 @@ class MavsdkVehicle:
             self._action.set_takeoff_altitude(float(height))
             self._action.takeoff()
         elif command is Command.OFFBOARD:
-            self._offboard.start()
+            offboard = self._offboard
+            if offboard is not None:  # else the stream was stopped since this was asked
+                offboard.start()
         else:
             {
                 Command.ARM: self._action.arm,

@@ -86,7 +86,7 @@ class TelemetryFeed:
     def state(self) -> VehicleState | None:
         """Newest state, or None until pose, velocity, mode and arming have been heard."""
         with self._lock:
-            if not self._poses or self._velocity is None:
+            if not self._poses or self._velocity is None or self._ground_down is None:
                 return None
             if self._mode is None or self._armed is None:
                 return None
@@ -125,8 +125,10 @@ class TelemetryFeed:
             return
         with self._lock:
             self._heard = arrived
-            if self._ground_down is None or self._armed is False:
+            if self._armed is False:
                 self._ground_down = float(position_ned[2])
+            if self._ground_down is None:
+                return  # armed when first heard: where the ground is cannot be known
             position_ned[2] -= self._ground_down
             pose = Pose(
                 self._stamps.flight_time(message.time_usec * 1e-6, arrived),

@@ -12,10 +12,11 @@ from orchard_cli.flight.worker import InlineWorker
 from orchard_cli.geometry.clearance import clearance
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.mission import plan
+from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Provenance
 from orchard_cli.model.records import SafetyRecord, SprayRecord
 from orchard_cli.model.site import HeightReference, Orchard, SiteOrigin, TreeRow
-from orchard_cli.model.vehicle import Command, FlightMode
+from orchard_cli.model.vehicle import Command, FlightMode, VehicleState
 from orchard_cli.model.wishes import FlightWishes
 from orchard_cli.model.world import Pole, Tree, World
 from tests.ideal import IdealWorld, Ledger
@@ -43,10 +44,14 @@ def world_of(mission, poles=()):
     return World("test world", trees=trees, poles=poles)
 
 
-def fly(mission, world, *, system=None, requests=(), events=(), refuse=None):
+def fly(
+    mission, world, *, system=None, requests=(), events=(), refuse=None, prepare=None, latency=0.04
+):
     x, y = mission.takeoff_site
     ideal = IdealWorld(world, (float(x), float(y)))
     ideal.events = list(events)
+    if prepare is not None:
+        prepare(ideal)
     ideal.refuse = refuse or {}
     ledger = Ledger(requests)
     ledger.clock = ideal.now
@@ -54,7 +59,8 @@ def fly(mission, world, *, system=None, requests=(), events=(), refuse=None):
     gear = Gear(
         vehicle=ideal,
         camera=ideal,
-        worker=InlineWorker(onboard.cycle),
+        worker=InlineWorker(onboard.cycle, latency),
+        errands=InlineWorker(lambda errand: errand()),
         clock=ideal,
         recorder=ledger,
         reporter=Reporter(mission, ledger, ledger, 0.0),
@@ -190,3 +196,171 @@ def test_a_link_that_falls_silent_gets_no_setpoint(mission):
     silent = [s.time for s in ideal.setpoints if 30.7 < s.time < 40.0]
     assert not silent
     assert "hold" in phases(ledger)
+
+
+POLE = (Pole(7.5, 0.0, 0.15, 8.0),)
+
+
+def test_a_vehicle_that_somebody_already_flies_is_left_alone(mission):
+    def airborne(ideal):
+        ideal.armed, ideal.mode = True, FlightMode.PILOT
+
+    ending, ideal, _ = fly(mission, world_of(mission), prepare=airborne)
+    assert ending.trouble
+    assert "already armed" in ending.why
+    assert ideal.asked == []
+    assert ideal.setpoints == []
+
+
+@pytest.mark.parametrize("latency", [0.2, 0.34, 0.42, 0.6])
+def test_a_planner_however_slow_never_leads_into_the_pole(mission, latency):
+    world = world_of(mission, POLE)
+    _, ideal, ledger = fly(mission, world, latency=latency)
+    flown = np.array([record.position_site for record in ledger.of(VehicleState)])
+    assert clearance(world, flown).obstacles.min() >= mission.limits.airframe_radius
+    assert (latency < 0.3) == bool(ideal.setpoints)  # too slow to be flown with at all
+
+
+@pytest.mark.parametrize("delay", [0.05, 0.1, 0.2])
+def test_frames_wait_for_the_poses_of_a_slow_link(mission, delay):
+    world = world_of(mission, POLE)
+
+    def slow(ideal):
+        ideal.pose_delay = delay
+
+    ending, ideal, _ = fly(mission, world, prepare=slow)
+    assert clearance(world, path(ideal)).obstacles.min() >= mission.limits.clearance
+    assert ending.as_planned, ending
+
+
+def test_frames_from_the_future_are_as_good_as_none(mission):
+    def stamped_ahead(ideal):
+        take = ideal.latest
+
+        def latest():
+            frame = take()
+            return frame and DepthFrame(frame.time + 1000.0, frame.depth_mm, frame.camera)
+
+        ideal.latest = latest
+
+    ending, ideal, _ = fly(mission, world_of(mission), prepare=stamped_ahead)
+    assert ending.trouble
+    assert "no fresh depth frames" in ending.why
+    assert ideal.asked == []
+
+
+@pytest.mark.parametrize("gap", [0.3, 0.6, 0.75, 1.5])
+def test_after_a_gap_in_the_telemetry_the_rest_of_the_route_is_flown(mission, gap):
+    def cut(ideal):
+        ideal.deaf = True
+
+    def mend(ideal):
+        ideal.deaf = False
+
+    ending, ideal, _ = fly(mission, world_of(mission), events=[(30.0, cut), (30.0 + gap, mend)])
+    assert ending.as_planned, ending
+    assert ideal.position[:2] == pytest.approx(mission.landing_site, abs=0.01)
+
+
+def test_an_obstacle_between_the_vehicle_and_the_routes_start_is_seen(mission):
+    x, y = mission.takeoff_site
+    world = world_of(mission, (Pole(float(x), float(y) + 2.2, 0.15, 8.0),))
+
+    def aside(ideal):
+        ideal.position = np.array([float(x), float(y) + 4.5, 0.0])
+
+    _, ideal, _ = fly(mission, world, prepare=aside)
+    assert clearance(world, path(ideal)).obstacles.min() >= mission.limits.airframe_radius
+
+
+def test_a_ground_station_that_takes_over_in_a_return_is_not_fought(mission):
+    def take_over(ideal):
+        ideal.mode = FlightMode.HOLD
+        ideal.taken = len(ideal.asked)
+
+    def disarm(ideal):
+        ideal.armed = False
+
+    _, ideal, ledger = fly(
+        mission,
+        world_of(mission),
+        requests=[(30.0, Request.RETURN)],
+        events=[(45.0, take_over), (60.0, disarm)],
+    )
+    assert phases(ledger)[-2:] == ["pilot", "ended"]
+    assert ideal.asked[ideal.taken :] == []
+
+
+def test_a_hold_that_the_operator_asks_for_stays_one_though_the_camera_comes_back(mission):
+    def blind(ideal):
+        ideal.blind = True
+
+    def see(ideal):
+        ideal.blind, ideal._frames = False, int(ideal.time * 15) + 1
+
+    _, _, ledger = fly(
+        mission,
+        world_of(mission),
+        events=[(30.0, blind), (36.0, see)],
+        requests=[(33.0, Request.HOLD), (60.0, Request.LAND)],
+    )
+    assert phases(ledger)[4:] == ["hold", "landing", "ended"]
+
+
+def test_a_camera_that_comes_and_goes_for_ever_does_not_hold_for_ever(mission):
+    def flicker(ideal):
+        ideal.blind = not ideal.blind
+        if not ideal.blind:
+            ideal._frames = int(ideal.time * 15) + 1
+        ideal.events.append((ideal.time + (0.75 if ideal.blind else 2.6), flicker))
+
+    ending, ideal, _ = fly(mission, world_of(mission), events=[(30.0, flicker)])
+    assert ideal.time < 400.0
+    assert ideal.battery > 0.3
+    del ending
+
+
+def test_held_on_the_way_home_it_goes_on_home_and_not_out_again(mission):
+    def blind(ideal):
+        ideal.blind = True
+
+    def see(ideal):
+        ideal.blind, ideal._frames = False, int(ideal.time * 15) + 1
+
+    _, ideal, ledger = fly(
+        mission,
+        world_of(mission),
+        requests=[(32.0, Request.RETURN)],
+        events=[(48.0, blind), (51.0, see)],
+    )
+    assert phases(ledger)[-4:] == ["hold", "return", "landing", "ended"]
+    times = np.array([s.time for s in ideal.setpoints])
+    travelled = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(path(ideal), axis=0), axis=1))]
+    )
+    out, back, rest = np.diff(np.interp([0.0, 36.0, 51.0, 1e3], times, travelled))
+    assert back > 5.0
+    assert rest <= out - back + 2.0
+
+
+def test_a_throwing_planner_ends_in_a_landing(mission):
+    class Broken:
+        name = "broken"
+
+        def plan(self, situation):
+            raise RuntimeError("no")
+
+    ending, _, ledger = fly(mission, world_of(mission), system=Broken())
+    assert not ending.as_planned
+    assert "landing" in phases(ledger)
+
+
+def test_asking_to_land_while_it_arms_disarms_it(mission):
+    _, ideal, _ = fly(
+        mission,
+        world_of(mission),
+        refuse={},
+        requests=[(0.07, Request.LAND)],
+        prepare=lambda ideal: setattr(ideal, "slow_arming", True),
+    )
+    assert ideal.asked[-1] in (Command.DISARM, Command.LAND)

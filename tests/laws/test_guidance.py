@@ -47,6 +47,7 @@ def test_from_hover_to_route_to_brake_nothing_steps():
     events = []
 
     def act(now):
+        guidance.advance(now)
         if guidance.pending and guidance.joined(now):
             guidance.begin(now)
             events.append(now)

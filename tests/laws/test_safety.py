@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orchard_cli.flight.phases import Stage, Steer, begin, step
+from orchard_cli.flight.phases import begin, step
 from orchard_cli.flight.safety import TABLE, Hazard, Phase, Request, Seen, Tolerances, reaction
+from orchard_cli.flight.stage import Stage, Steer
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 
 FLYING = (Phase.TAKEOFF, Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE, Phase.HOLD, Phase.RETURN)
@@ -41,7 +42,10 @@ def seen(**changes) -> Seen:
         "frame_age": 0.05,
         "planner_age": 0.05,
         "off_track": 0.1,
-        "sunk": 0.0,
+        "falling": 0.0,
+        "routed": True,
+        "joining": False,
+        "climbed": True,
         "blocked": False,
         "avoiding": False,
         "still": False,
@@ -109,7 +113,7 @@ def test_a_low_battery_brings_it_back_and_a_critical_one_down():
 @pytest.mark.parametrize("phase", [Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE, Phase.HOLD])
 @pytest.mark.parametrize(
     "sign",
-    [{"sunk": 2.0}, {"vehicle": vehicle(landed=Landed.ON_GROUND)}, {"sunk": 2.0, "frame_age": 9}],
+    [{"falling": 2.0}, {"falling": 0.5, "off_track": 3.0}, {"falling": 2.0, "frame_age": 9}],
 )
 def test_a_vehicle_that_fell_is_landed_at_once_and_its_rotors_are_not_driven_on(phase, sign):
     decision = decide(phase, **sign)
