@@ -37,11 +37,13 @@ def test_quick_json_is_one_document_of_the_promised_shape():
     assert set(document["replanning"]) == {"guided"}
     assert set(document["replanning"]["guided"]) == FIELDS
     for name, found in document["replanning"]["guided"].items():
-        assert found["n"] == found["replan"]["n"] == 10
-        assert 0 <= found["first_call_share"] <= 1
-        demand_spread(found["replan"], name)
+        assert found["n"] == found["plan"]["n"] == 10
         demand_spread(found["plan"], name)
-    assert document["replanning"]["guided"]["forced"]["searched_share"] == 1
+        assert (found["replan"] is None) == (found["replanned_share"] == 0)
+    forced = document["replanning"]["guided"]["forced"]
+    assert forced["replanned_share"] == 1
+    assert 0 <= forced["first_call_share"] <= 1
+    demand_spread(forced["replan"], "forced")
     assert document["lockstep"]["simulated_s"] == 4
 
 

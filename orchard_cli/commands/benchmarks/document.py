@@ -59,5 +59,6 @@ def _spreads(document: Mapping[str, Any]) -> dict[str, Mapping[str, float]]:
     found = dict(document["stages"])
     for system, fields in document.get("replanning", {}).items():
         for field, figures in fields.items():
-            found[f"{system}/{field}"] = figures["replan"]
+            if figures["replan"] is not None:
+                found[f"{system}/{field}"] = figures["replan"]
     return found

@@ -15,7 +15,7 @@ from orchard_cli.flight.ports import Avoidance
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.trajectory import DEGREE, Trajectory
 from orchard_cli.motion import stopwatch
-from orchard_cli.motion.situation import Avoid, Stop, Verdict
+from orchard_cli.motion.situation import Avoid, Keep, Verdict
 
 from .pole_fields import HEIGHT, RADIUS, TARGET, Case, Field, cases
 from .samples import Samples, Spread
@@ -24,18 +24,18 @@ WARM_UP = 20  # calls that are not counted
 _CLOCK = "perf_counter"  # what motion/stopwatch.py reads
 BIN = 0.5  # m
 TICK = 0.02  # s between two places that are checked
-MAPPING = "distance_field"  # a stage of `plan` that prepares the map; EGO-Planner's is in its map
+MAPPING = ("distance_field", "window")
+"""Stages of `plan` that prepare the map for planning; EGO-Planner does that in its map's update."""
 
 
 @dataclass(slots=True)
 class Tally:
     """What the calls in one kind of field came to."""
 
-    plan_ms: list[float] = field(default_factory=list)  # the whole call, CPU
-    replan_ms: list[float] = field(default_factory=list)  # without preparing the map
-    searched_ms: list[float] = field(default_factory=list)  # of those, where a way was looked for
-    clearances: list[float] = field(default_factory=list)  # m, of what may be flown on
-    stops: list[float] = field(default_factory=list)  # m, of what brakes to rest
+    plan_ms: list[float] = field(default_factory=list)  # every call, whole, CPU
+    replan_ms: list[float] = field(default_factory=list)  # of replans, without preparing the map
+    clearances: list[float] = field(default_factory=list)  # m, of the trajectories returned
+    stops: list[float] = field(default_factory=list)  # m, of those that brake to rest
     height_error: float = 0.0  # m, greatest
     found_at: list[tuple[float, bool]] = field(default_factory=list)  # m to a forced pole; found?
 
@@ -45,7 +45,7 @@ def measure(
 ) -> dict[str, Tally]:
     """`count` first calls of a fresh system in each kind of field.
 
-    Times the system's own stages into `samples` under their names, and `replan`.
+    Times the system's own stages into `samples` under their names.
     """
     with cpu_stopwatch():
         for case in cases(kinds[-1], WARM_UP, seed + 1):
@@ -62,29 +62,25 @@ def _tally(
         began = thread_time()
         verdict = system.plan(case.situation)
         took = (thread_time() - began) * 1e3
-        stages = dict(verdict.stages_ms)
         tally.plan_ms.append(took)
-        replan = took - stages.get(MAPPING, 0.0)
-        tally.replan_ms.append(replan)
-        if "search" in stages:
-            tally.searched_ms.append(replan)
-        samples.add_cpu({**stages, "replan": replan})
-        _look_at(case, verdict, tally)
+        samples.add_cpu(verdict.stages_ms)
+        if "replan" in verdict.stages_ms:
+            prepared = sum(verdict.stages_ms.get(stage, 0.0) for stage in MAPPING)
+            tally.replan_ms.append(took - prepared)
+            _look_at(case, verdict, tally)
     return tally
 
 
 def _look_at(case: Case, verdict: Verdict, tally: Tally) -> None:
-    flown, until = case.situation.active, case.target_time
-    if isinstance(verdict, Avoid):
-        flown, until = verdict.trajectory, verdict.rejoin
-    elif isinstance(verdict, Stop):
-        flown, until = verdict.trajectory, verdict.trajectory.end
-    path = _path(flown, case.situation.now, until)
-    (tally.stops if isinstance(verdict, Stop) else tally.clearances).append(
-        clearance(path, case.poles)
-    )
+    """Judge a replan by what came out of it."""
     if case.forced_at is not None:
-        tally.found_at.append((case.forced_at, not isinstance(verdict, Stop)))
+        tally.found_at.append((case.forced_at, isinstance(verdict, Avoid)))
+    if isinstance(verdict, Keep):
+        return
+    found = isinstance(verdict, Avoid)
+    until = verdict.rejoin if isinstance(verdict, Avoid) else verdict.trajectory.end
+    path = _path(verdict.trajectory, case.situation.now, until)
+    (tally.clearances if found else tally.stops).append(clearance(path, case.poles))
     tally.height_error = max(tally.height_error, float(np.abs(path[:, 2] - HEIGHT).max()))
 
 
@@ -118,14 +114,13 @@ def summary(tally: Tally, margin: float, radius: float) -> dict[str, Any]:
     `margin` and `radius` m: the least clearance asked for, and the airframe's own radius.
     """
     flown = np.array(tally.clearances)
-    calls = len(tally.plan_ms)
+    replans = len(tally.replan_ms)
     return {
-        "n": calls,
-        "first_call_share": len(flown) / calls,
+        "n": len(tally.plan_ms),
+        "replanned_share": replans / len(tally.plan_ms),
+        "first_call_share": len(flown) / replans if replans else None,
         "first_call_by_distance_m": _by_distance(tally.found_at),
-        "searched_share": len(tally.searched_ms) / calls,
-        "replan": Spread.of(tally.replan_ms),
-        "searched": Spread.of(tally.searched_ms) if tally.searched_ms else None,
+        "replan": Spread.of(tally.replan_ms) if replans else None,
         "plan": Spread.of(tally.plan_ms),
         "clearance_min_m": _least(tally.clearances),
         "margin_kept_share": float((flown >= margin).mean()) if len(flown) else None,

@@ -73,14 +73,13 @@ def _replans(system: str, fields: Mapping[str, Any]) -> Table:
     title = f"Replans of {system} in a known map, ms of CPU; least clearance, worst height error"
     table = _table(title, "field", *HEADS, *columns)
     for name, found in fields.items():
-        clearance, height = _ms(found["clearance_min_m"]), _ms(found["height_error_max_m"])
-        share = f"{found['first_call_share']:.1%}"
-        table.add_row(name, *_figures(found["replan"]), share, clearance, height)
-        if found["searched"] is not None and found["searched_share"] < 1:
-            table.add_row("  with a search", *_figures(found["searched"]))
-        peer = EGO_REPLANS[name]
-        theirs = ("1000", *map(_ms, peer.spread), f"{peer.first_call_share:.1%}")
-        table.add_row(f"  {EGO}", *theirs, style="dim")
+        if found["replan"] is not None:
+            clearance, height = _ms(found["clearance_min_m"]), _ms(found["height_error_max_m"])
+            share = f"{found['first_call_share']:.1%}"
+            table.add_row(name, *_figures(found["replan"]), share, clearance, height)
+        for peer in EGO_REPLANS[name]:
+            theirs = ("", *map(_ms, peer.spread), f"{peer.first_call_share:.1%}")
+            table.add_row(f"  {EGO}, {peer.which}", *theirs, style="dim")
     return table
 
 
