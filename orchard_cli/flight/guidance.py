@@ -23,6 +23,7 @@ from orchard_cli.motion.yaw import heading_ahead, step_yaw, wrapped
 LOOK_AHEAD = 0.8  # s: the nose points to where the vehicle will be then
 YAW_ACCELERATION = 1.0  # rad/s²
 NEAR = 0.03  # m: closer than this a leg is not flown; the setpoint steps by as much
+SHORT = 1.0  # m: a leg so short is no reason to turn the nose along it
 ALIGNED = math.radians(4.0)
 
 
@@ -183,12 +184,21 @@ class Guidance:
         self._active = self._reference = None
 
     def _target_yaw(self, now: float) -> float:
+        """Along what is flown; standing, or on a short leg, along the next one that is long."""
         ahead = None
-        if self._legs and self.still(now):
-            ahead = _first_heading(self._legs[0])
+        short = self._active is None or _span(self._active) < SHORT
+        if self._legs and (short or self.still(now)):
+            route = self._legs[-1]
+            ahead = _first_heading(next((x for x in self._legs if _span(x) >= SHORT), route))
         elif self._active is not None:
             ahead = heading_ahead(self._active, now, LOOK_AHEAD)
         return self._yaw if ahead is None else ahead
+
+
+def _span(leg: Trajectory) -> float:
+    """Horizontal distance from the first point of a leg to its last, m."""
+    way = leg.control_points_site[-1] - leg.control_points_site[0]
+    return float(np.hypot(way[0], way[1]))
 
 
 def _first_heading(route: Trajectory) -> float | None:
