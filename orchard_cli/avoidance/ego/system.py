@@ -117,17 +117,21 @@ class Ego:
         obstacles: Obstacles,
         stopped: bool,
     ) -> Curve | NoCurve:
-        """From the curve's rest, with a quintic, with a random one: the first that works."""
+        """From the curve's rest, with a quintic, with a random one: the first that works.
+
+        Standing, there is time: a quintic and a random one take turns.
+        """
         s = self.settings
         task = Task(
             situation.now, situation.commit, situation.active, situation.reference,
             target, obstacles, task_pace(situation.limits, s),
         )  # fmt: skip
-        own = not stopped and curve is self._offered
-        found = from_previous(task, curve.end, s) if own else from_rest(task, s)
-        if isinstance(found, NoCurve) and own:
+        found: Curve | NoCurve = NoCurve("no way was tried yet")
+        if not stopped and curve is self._offered:
+            found = from_previous(task, curve.end, s)
+        if isinstance(found, NoCurve) and not (stopped and self._failures % 2):
             found = from_rest(task, s)
-        if isinstance(found, NoCurve):
+        if isinstance(found, NoCurve) and not (stopped and self._failures % 2 == 0):
             found = from_rest(task, s, self._failures, self._random)
         self._failures = self._failures + 1 if isinstance(found, NoCurve) else 0
         return found
