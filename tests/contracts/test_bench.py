@@ -83,6 +83,7 @@ def test_a_comparison_tells_new_over_old_of_what_both_have(tmp_path):
         ({"system": ["none"]}, "no planning system 'none'"),
         ({"compare": Path("missing.json")}, "missing.json"),
         ({"compare": Path(__file__)}, "no document of a bench"),
+        ({"frames": Path("missing.mcap")}, "missing.mcap"),
     ],
 )
 def test_wrong_input_is_refused_before_anything_is_measured(arguments, said):

@@ -92,8 +92,9 @@ def check(systems: Sequence[str]) -> None:
 def _frames(
     plan: Plan, mission: Mission, world: World, samples: Samples
 ) -> tuple[frames.Stretch, ...]:
-    drawn = frames.drawn(mission, world, plan.frames, samples)
-    return drawn if plan.frames_log is None else frames.recorded(plan.frames_log)
+    recorded = None if plan.frames_log is None else frames.recorded(plan.frames_log)
+    drawn = frames.drawn(mission, world, plan.frames, samples)  # in any case: it times `render`
+    return drawn if recorded is None else recorded
 
 
 def _low(plan: Plan, mission: Mission, world: World) -> tuple[frames.Stretch, ...]:
