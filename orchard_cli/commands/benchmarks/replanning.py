@@ -17,7 +17,7 @@ from orchard_cli.model.trajectory import DEGREE, Trajectory
 from orchard_cli.motion import stopwatch
 from orchard_cli.motion.situation import Avoid, Keep, Verdict
 
-from .pole_fields import HEIGHT, RADIUS, TARGET, Case, Field, cases
+from .pole_fields import HEIGHT, RADIUS, Case, Field, cases
 from .samples import Samples, Spread
 
 WARM_UP = 20  # calls that are not counted
@@ -85,19 +85,15 @@ def _look_at(case: Case, verdict: Verdict, tally: Tally) -> None:
 
 
 def _path(trajectory: Trajectory, begin: float, until: float) -> Points:
-    """Where a trajectory leads from `begin` up to `until` or TARGET m away, whichever is later.
+    """Where a trajectory leads from `begin` to `until` or its end: (n, 3) m.
 
-    (n, 3) m. By scipy's B-spline: the check shares no code with what it checks.
+    By scipy's B-spline: the check shares no code with what it checks.
     """
     control = trajectory.control_points_site
     knots = trajectory.start + (np.arange(len(control) + DEGREE + 1) - DEGREE) * trajectory.interval
-    last = float(knots[-DEGREE - 1])
+    last = min(float(knots[-DEGREE - 1]), until)
     times = np.append(np.arange(begin, last, TICK), last)
-    path = np.asarray(BSpline(knots, control, DEGREE)(times))
-    away = np.flatnonzero(np.hypot(path[:, 0] - path[0, 0], path[:, 1] - path[0, 1]) >= TARGET)
-    target = int(away[0]) if len(away) else len(times) - 1
-    end = max(target, int(np.searchsorted(times, until)))
-    return path[: end + 1]
+    return np.asarray(BSpline(knots, control, DEGREE)(times))
 
 
 def clearance(path: Points, poles: Points) -> float:
