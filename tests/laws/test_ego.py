@@ -39,7 +39,7 @@ def test_replans_every_one_and_a_half_metres_until_the_goal_is_near(settings):
     here = np.array([flight.positions[round(now * 15)] for now, _ in flight.verdicts])
     steps = np.diff(here[:, 0])
     assert steps.min() > 1.5
-    assert steps.max() < 2.2
+    assert steps.max() < 1.65
     assert 0.5 < 40.0 - here[-1, 0] < 4.0
 
 

@@ -30,6 +30,7 @@ class Curve:
     """A trajectory, and which part of it is the local curve; the rest is the reference."""
 
     trajectory: Trajectory
+    asked: float  # s, when it was planned
     begin: float  # s
     end: float  # s
     reached: float  # s on the reference's clock, of the local target
@@ -165,7 +166,7 @@ def _joined(
     off = strays(_shape(span)[0], task.target.ahead_site, ON_ROUTE)
     rejoin = join.time + (off[-1] + 1) * join.interval if len(off) else -np.inf
     return Curve(
-        Trajectory(join.start, join.interval, control), join.time, end, task.target.time,
+        Trajectory(join.start, join.interval, control), task.now, join.time, end, task.target.time,
         max(float(rejoin), float(np.nextafter(join.time, np.inf))), touched, refined,
     )  # fmt: skip
 

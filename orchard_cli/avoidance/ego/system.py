@@ -68,7 +68,7 @@ class Ego:
                 self._progress = min(max(now, active.start), active.end)
             ahead = self.settings.horizon / situation.limits.speed
             reached = max(self._progress, situation.reference.start)
-            self._curve = Curve(active, now, now + ahead, reached)
+            self._curve = Curve(active, now, now, now + ahead, reached)
         return self._curve
 
     def _aim(self, situation: Situation, curve: Curve) -> Target:
@@ -106,7 +106,7 @@ class Ego:
         goal = reference.at(reference.end).position_site
         if np.linalg.norm(goal - here) <= s.no_replan_within:
             return False
-        began = active.at(curve.begin).position_site
+        began = active.at(curve.asked).position_site
         return bool(np.linalg.norm(here - began) > s.replan_after)
 
     def _replan(
