@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from typing import Annotated
 
 import typer
 
 from orchard_cli import __version__
-from orchard_cli.errors import InputError, OrchardError
+from orchard_cli.errors import Fault, InputError, OrchardError
 
 from .analyze import analyze
 from .bench import bench
@@ -65,3 +66,7 @@ def main() -> None:
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EIO):
+            raise
+        sys.exit(complain(InputError(Fault(error.filename or "stdout", error.strerror or ""))))

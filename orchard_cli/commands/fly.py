@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_module
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +25,7 @@ def fly(
     ] = None,
     world: Annotated[Path | None, typer.Option(help="World file for the simulator.")] = None,
     system: Annotated[str, typer.Option(help="Avoidance system: guided or none.")] = "guided",
-    seed: Annotated[int, typer.Option(help="Seed of the simulator's noise and wind.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulator's noise and wind.")] = 0,
     speed_factor: Annotated[
         float, typer.Option(min=0.1, max=20, help="Simulated seconds per real second.")
     ] = 1.0,
@@ -67,7 +68,7 @@ def fly(
     if json:
         typer.echo(json_module.dumps(summary))
     elif not quiet:
-        typer.echo(f"log: {path}", err=True)
+        typer.echo(f"\n{ending.why}; log: {path}", err=True)
     if summary["log_losses"]:
         typer.echo(f"orchard: the log has lost records: {summary['log_losses']}", err=True)
     demand_as_planned(ending)
@@ -80,7 +81,7 @@ def demand_as_planned(ending: Ending) -> None:
     if ending.trouble:
         raise LinkError(ending.why)
     if not ending.as_planned:
-        raise FlightEndedEarly(ending.why)
+        raise FlightEndedEarly(f"the flight did not go as planned: {ending.why}")
 
 
 def _refuse_contradictions(
@@ -124,7 +125,8 @@ def default_log(name: str) -> Path:
     """A log name that sorts by time and does not exist yet."""
     from datetime import UTC, datetime
 
-    return Path(f"{name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap")
+    safe = re.sub(r"[^\w.-]+", "-", name)
+    return Path(f"{safe}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap")
 
 
 def fly_mission(

@@ -35,7 +35,7 @@ class Operator:
     """
 
     def __init__(self, unattended: Request = Request.RETURN) -> None:
-        self._attended = sys.stdin.isatty()
+        self._attended = sys.stdin is not None and sys.stdin.isatty()
         self._unattended = unattended
         self._asked: deque[Request] = deque()
         self._interrupts = 0

@@ -28,7 +28,7 @@ class LiveScreen:
     """Fits flight/ports.py `Display`; draws four times a second from a thread of its own."""
 
     def __init__(self, title: str, keys: bool) -> None:
-        self._title = title
+        self._title = Text(title)  # a name may hold what looks like markup
         self._keys = keys
         self._status: Status | None = None
         console = Console(stderr=True)

@@ -45,7 +45,10 @@ def not_ready(
             f"{needed:.0%}; change the battery"
         )
     if frame_age > tolerances.frame_age:
-        reasons.append("no fresh depth frames; check the camera's cable")
+        reasons.append(
+            "no fresh depth frames with returns in them; check the camera, and that it "
+            "sees anything"
+        )
     elif planner_age > tolerances.planner_age:
         reasons.append("the map does not follow the frames yet")
     return tuple(reasons)
