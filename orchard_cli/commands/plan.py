@@ -81,8 +81,9 @@ def summary(mission: Mission, corner_cut: float, notes: tuple[str, ...]) -> dict
 def _print(name: str, figures: dict[str, Any], out: Path) -> None:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=name, show_header=False, title_justify="left")
+    table = Table(title=Text(name), show_header=False, title_justify="left")
     table.add_row("route", f"{figures['route_length_m']:.2f} m, {figures['waypoints']} waypoints")
     table.add_row("orchard", f"{figures['rows']} rows, {figures['trees']} trees")
     table.add_row("spline", f"{figures['control_points']} control points")

@@ -135,6 +135,7 @@ def test_a_blind_flight_into_a_pole_ends_by_itself_off_plan_and_on_the_ground() 
         vehicle=sim.vehicle,
         camera=sim.camera,
         worker=InlineWorker(Onboard(OccupancyGrid(), Blind(), mission.limits).cycle),
+        errands=InlineWorker(lambda errand: errand()),
         clock=sim.clock,
         recorder=ledger,
         reporter=Reporter(mission, ledger, ledger, 0.0),
