@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import make_lsq_spline
 
 from orchard_cli.motion.fit import (
     REACH,
@@ -66,6 +67,16 @@ def test_spline_starts_and_ends_on_the_route_along_its_rows():
     first, last = control[1] - control[0], control[-1] - control[-2]
     assert first / np.linalg.norm(first) == pytest.approx([1, 0, 0], abs=1e-3)
     assert last / np.linalg.norm(last) == pytest.approx([-1, 0, 0], abs=1e-3)
+
+
+def test_the_fit_is_that_of_the_slower_qr_factors_to_a_nanometre():
+    route = pi_route([0, 3, -2], [60, 58, 63], 4.0)
+    path = rounded(route, 0.5).points_site
+    spline = fit_spline(path, round(2 * lengths_of(path)[-1]))
+    weights = np.ones(len(path))
+    weights[[0, -1]] = 1e4
+    exact = make_lsq_spline(lengths_of(path), path, spline.knots, k=3, w=weights, method="qr")
+    assert spline.control_points_site == pytest.approx(exact.c, abs=1e-9)
 
 
 def test_control_points_are_half_a_metre_apart_on_straights():
