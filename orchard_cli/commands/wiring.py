@@ -244,16 +244,8 @@ def _demand_safe_failsafes(mission: Mission, vehicle: MavsdkVehicle, mend: bool)
 
 def load_world(mission: Mission, path: Path | None) -> tuple[World, bytes]:
     """The world to simulate and its file: `path`, or just the mission's own trees and poles."""
-    from orchard_cli.simulator.world_file import from_orchard, parse
+    from orchard_cli.simulator.world_file import from_orchard, load_with_bytes
 
     if path is None:
         return from_orchard(mission.orchard), b""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(Fault(str(path), error.strerror or str(error))) from None
-    try:
-        text = data.decode()
-    except UnicodeDecodeError:
-        raise InputError(Fault(str(path), "not UTF-8", "save it as UTF-8 text")) from None
-    return parse(text, str(path), mission.orchard), data
+    return load_with_bytes(path, mission.orchard)

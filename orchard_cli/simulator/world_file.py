@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from orchard_cli.errors import Fault, InputError
+from orchard_cli.model.input_text import decoded, parse_toml, read_bounded
 from orchard_cli.model.site import Orchard
 from orchard_cli.model.world import Box, Person, Pole, SensorNoise, Tree, Wind, Wire, World
 
@@ -27,32 +27,21 @@ T = TypeVar("T")
 def load(path: Path, orchard: Orchard | None = None) -> World:
     """Read a world file. `orchard` is the survey's, for `trees = "survey"`.
 
-    Raises InputError with every fault: no such file, not UTF-8, not TOML, unknown or missing
-    keys, wrong types, values out of their bounds.
+    Raises InputError with every fault: no regular file, too large, not UTF-8, not TOML, unknown or
+    missing keys, wrong types, values out of their bounds.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise InputError(Fault(str(path), f"cannot be read: {error.strerror}")) from error
-    if len(content) > LARGEST_FILE:
-        raise InputError(Fault(str(path), f"larger than {LARGEST_FILE // 1_000_000} MB"))
-    try:
-        text = content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise InputError(
-            Fault(f"{path}, line {line}", "not UTF-8", "save the file as UTF-8 text")
-        ) from error
-    return parse(text, str(path), orchard)
+    return load_with_bytes(path, orchard)[0]
+
+
+def load_with_bytes(path: Path, orchard: Orchard | None = None) -> tuple[World, bytes]:
+    """As `load`, and the file's bytes, to keep beside the flight."""
+    data = read_bounded(path, LARGEST_FILE)
+    return parse(decoded(data, str(path)), str(path), orchard), data
 
 
 def parse(text: str, source_name: str, orchard: Orchard | None = None) -> World:
     """The world that a file's text describes; raises InputError as `load` does."""
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(Fault(source_name, f"not TOML: {error}")) from error
+    document = parse_toml(text, source_name)
     faults: list[Fault] = []
     top = Table(document, source_name, "", faults)
     defaults = _tree(top.table("tree_defaults"), placed=False)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from orchard_cli.errors import Fault, InputError
+from orchard_cli.model.input_text import decoded, parse_toml, read_bounded
 from orchard_cli.model.site import Orchard
 from orchard_cli.model.wishes import FlightWishes
 
@@ -32,20 +31,7 @@ class Survey:
 
 def load(path: Path) -> Survey:
     """Read a survey, TOML or CSV by the file's ending. Raises InputError with every fault."""
-    try:
-        if not path.is_file():
-            raise InputError(Fault(str(path), "is no file", "give the survey's file"))
-        if (size := path.stat().st_size) > LARGEST:
-            raise InputError(
-                Fault(
-                    str(path),
-                    f"has {size / 1e6:.0f} MB, {LARGEST / 1e6:.0f} MB is the most",
-                    "split the survey: one file a flight",
-                )
-            )
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(Fault(str(path), f"cannot be read: {error.strerror}")) from error
+    data = read_bounded(path, LARGEST, "split the survey: one file a flight")
     return parse(data, path.name, csv=path.suffix.lower() == ".csv")
 
 
@@ -55,10 +41,10 @@ def parse(data: bytes, file: str, csv: bool = False) -> Survey:
     faults: list[Fault] = []
     if csv:
         head, lines = sheet.split(text, file)
-        top = Table(_toml(head, file), file, faults)
+        top = Table(parse_toml(head, file), file, faults)
     else:
         _refuse_many_rows(text, file)
-        top = Table(_toml(text, file), file, faults)
+        top = Table(parse_toml(text, file), file, faults)
     name = top.text("name", file.partition(".")[0] or file)
     site = tables.read_site(top.table("site", required=True))
     wishes = tables.read_wishes(top.table("flight", required=True), top.table("vehicle"))
@@ -89,25 +75,10 @@ def parse(data: bytes, file: str, csv: bool = False) -> Survey:
 
 
 def _text(data: bytes, file: str) -> str:
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise InputError(
-            Fault(f"{file}, line {line}", "is not UTF-8 text", "save the file as UTF-8")
-        ) from error
+    text = decoded(data, file)
     if not text.strip():
         raise InputError(Fault(file, "is empty", "start from missions/lemon-field.survey.toml"))
     return text
-
-
-def _toml(text: str, file: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except RecursionError as error:
-        raise InputError(Fault(file, "is nested too deeply to be a survey")) from error
-    except ValueError as error:
-        raise InputError(Fault(file, f"is not TOML: {error}", "mend that line")) from error
 
 
 def _refuse_many_rows(text: str, file: str) -> None:

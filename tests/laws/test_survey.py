@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -300,9 +301,10 @@ def test_a_million_rows_are_refused_unread(tmp_path):
         survey.load(path)
 
 
-@pytest.mark.parametrize("name", ["nowhere.toml", "."])
+@pytest.mark.parametrize("name", ["nowhere.toml", ".", "pipe"])
 def test_what_is_no_file_is_refused(tmp_path, name):
-    with pytest.raises(InputError, match="is no file"):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match=r"is no (regular )?file"):
         survey.load(Path(tmp_path / name))
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import os
 
 import numpy as np
 import pytest
@@ -170,18 +171,29 @@ def test_each_of_these_is_refused_with_one_fault(text, where):
 
 
 def test_a_file_that_is_missing_or_no_text_is_refused(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
-        world_file.load(tmp_path / "none.toml")
-    with pytest.raises(InputError, match="cannot be read"):
-        world_file.load(tmp_path)
+    os.mkfifo(tmp_path / "pipe.toml")
+    for name, what in (
+        ("none.toml", "is no file"),
+        ("", "no regular"),
+        ("pipe.toml", "no regular"),
+    ):
+        with pytest.raises(InputError, match=what):
+            world_file.load(tmp_path / name)
     (tmp_path / "latin.toml").write_bytes(b'seed = 1\nname = "Orangerie \xe0 c\xf4t\xe9"\n')
-    with pytest.raises(InputError, match=r"line 2: not UTF-8"):
+    with pytest.raises(InputError, match=r"line 2: is not UTF-8"):
         world_file.load(tmp_path / "latin.toml")
     (tmp_path / "huge.toml").write_bytes(b"#" * (world_file.LARGEST_FILE + 1))
-    with pytest.raises(InputError, match="larger than"):
+    with pytest.raises(InputError, match="4 MB is the most"):
         world_file.load(tmp_path / "huge.toml")
     (tmp_path / "good.toml").write_text(WHOLE)
     assert world_file.load(tmp_path / "good.toml", ORCHARD).name == "lemon"
+
+
+def test_a_world_comes_with_the_bytes_of_its_file(tmp_path):
+    data = b"\xef\xbb\xbf" + WHOLE.encode()
+    (tmp_path / "w.toml").write_bytes(data)
+    world, read = world_file.load_with_bytes(tmp_path / "w.toml", ORCHARD)
+    assert (world.name, read) == ("lemon", data)
 
 
 values = st.recursive(
