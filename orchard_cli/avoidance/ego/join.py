@@ -51,7 +51,8 @@ def join_at(active: Trajectory, now: float, commit: float, interval: float) -> J
     """Leave the active trajectory at the commit time, or up to an interval later.
 
     Knots lie where the active trajectory has one between `now` and `commit`. Where it has more
-    than one, its own interval is kept instead of the one asked for.
+    than one, its own interval is kept instead of the one asked for; where it has one too early for
+    that to reach the commit time, the interval is the longer for it.
     """
     inside = _knots(active, now, commit)
     if len(inside) > 1:
@@ -62,6 +63,7 @@ def join_at(active: Trajectory, now: float, commit: float, interval: float) -> J
         centres = commit + interval * np.arange(-leads - 1, 2)
         points = [piece.control_point(float(c), interval) for c in centres]
         return Join(commit, interval, np.array(points))
+    interval = max(interval, commit - inside[-1])  # never before the commit time
     leads = max(1, int(np.ceil((inside[0] - now) / interval - _NEAR)))
     before = _piece(active, inside[0] - _NEAR)
     points = [
