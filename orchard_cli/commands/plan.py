@@ -31,10 +31,8 @@ def plan(
     from orchard_cli import survey as surveys
     from orchard_cli.model.mission import Provenance
 
-    out = output or mission_path(survey)
-    if out.resolve() == survey.resolve():
-        raise InputError(Fault(str(out), "is the survey itself", "give another file with -o"))
     surveyed = surveys.load(survey)
+    out = output or mission_path(survey)
     provenance = Provenance(
         survey=surveyed.file,
         survey_sha256=surveyed.sha256,

@@ -31,6 +31,8 @@ class Scan:
     def __iter__(self) -> Iterator[Any]:
         """Raises InputError when the file cannot be opened or is no MCAP."""
         try:
+            if self._path.exists() and not self._path.is_file():  # a pipe would block for ever
+                raise InputError(Fault(str(self._path), "is no regular file", "name a log file"))
             with self._path.open("rb") as stream:
                 yield from self._records(_Exact(stream, self._path.stat().st_size))
         except OSError as error:

@@ -1,8 +1,9 @@
 """Orchard + wishes -> Mission: the Π, its spline, its time law, its checks, its file."""
 
 from .checks import check, notes
-from .files import dumps, load, loads, save, schema
+from .files import dumps, load, loads, schema
 from .planner import measured_corner_cut, plan
+from .saving import save
 
 __all__ = [
     "check",

@@ -1,15 +1,12 @@
 """Mission files: JSON with a schema name and version, checked by the schema shipped beside this.
 
-What is saved is loaded again to the last bit. Writing is atomic: a killed process leaves the old
-file or the new one.
+What is written (saving.py) is read again to the last bit.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,6 +15,7 @@ import numpy as np
 from jsonschema import Draft202012Validator
 
 from orchard_cli.errors import Fault, InputError
+from orchard_cli.model.input_text import read_bounded
 from orchard_cli.model.mission import Leg, Limits, Mission, Provenance, Segment
 from orchard_cli.model.site import HeightReference, KnownObstacle, Orchard, SiteOrigin, TreeRow
 from orchard_cli.model.trajectory import DEGREE, BSpline, Trajectory
@@ -48,36 +46,9 @@ def schema() -> dict[str, Any]:
     return loaded
 
 
-def save(mission: Mission, path: Path) -> None:
-    """Write a mission file, all or nothing. Raises InputError where it cannot be written."""
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as file:
-            try:
-                file.write(dumps(mission))
-                file.flush()
-                os.fsync(file.fileno())
-                os.chmod(file.name, 0o644)
-                os.replace(file.name, path)
-            except BaseException:
-                os.unlink(file.name)
-                raise
-    except OSError as error:
-        raise InputError(
-            Fault(str(path), f"cannot be written: {error.strerror}", "choose another with -o")
-        ) from error
-
-
 def load(path: Path) -> Mission:
     """Read and check a mission file. Raises InputError with every fault."""
-    try:
-        if path.stat().st_size > LARGEST:
-            raise InputError(Fault(str(path), "is too large for a mission"))
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(Fault(str(path), f"cannot be read: {error.strerror}")) from error
-    return loads(data, str(path))
+    return loads(read_bounded(path, LARGEST), str(path))
 
 
 def loads(data: bytes | str, where: str = "mission") -> Mission:

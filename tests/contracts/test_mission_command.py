@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from orchard_cli import mission as missions
 
 SURVEY = Path(__file__).parents[2] / "missions" / "lemon-field.survey.toml"
@@ -64,3 +66,11 @@ def test_a_mission_never_overwrites_its_survey(tmp_path):
     survey.write_bytes(SURVEY.read_bytes())
     assert orchard_plan(str(survey), "-o", str(survey)).returncode == 2
     assert survey.read_bytes() == SURVEY.read_bytes()
+
+
+@pytest.mark.parametrize("survey", [".", "", "/"])
+def test_a_folder_in_place_of_a_survey_is_told_in_one_line(survey):
+    done = orchard_plan(survey)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "is no regular file" in line

@@ -96,7 +96,7 @@ def test_a_mission_comes_back_from_its_file_to_the_last_bit(mission, tmp_path):
 
 def test_a_failed_write_leaves_the_old_file(mission, tmp_path, monkeypatch):
     path = tmp_path / "m.json"
-    path.write_text("old")
+    path.write_text(TEXT, encoding="utf-8")
 
     def fail(*_):
         raise OSError(28, "No space left on device")
@@ -104,8 +104,37 @@ def test_a_failed_write_leaves_the_old_file(mission, tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(InputError, match="No space left"):
         missions.save(mission, path)
-    assert path.read_text() == "old"
+    assert path.read_text(encoding="utf-8") == TEXT
     assert os.listdir(tmp_path) == ["m.json"]
+
+
+@pytest.mark.parametrize("content", [SURVEY, "", "[]", '{"schema": "other"}', TEXT[:-9]])
+def test_what_is_no_mission_is_never_overwritten(mission, tmp_path, content):
+    path = tmp_path / "precious"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match="is no mission; move it away, or choose another with -o"):
+        missions.save(mission, path)
+    assert path.read_text(encoding="utf-8") == content
+
+
+def test_a_mission_is_written_through_a_link_over_the_older_one(mission, tmp_path):
+    (tmp_path / "old.json").write_text(TEXT, encoding="utf-8")
+    (tmp_path / "link.json").symlink_to("old.json")
+    missions.save(mission, tmp_path / "link.json")
+    assert (tmp_path / "link.json").is_symlink()
+    assert (tmp_path / "old.json").read_text(encoding="utf-8") == missions.dumps(mission)
+
+
+def test_pipes_folders_and_circular_links_are_neither_written_nor_read(mission, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "circle").symlink_to("circle")
+    for name in ("pipe", "", "circle"):
+        with pytest.raises(InputError):
+            missions.save(mission, tmp_path / name)
+        with pytest.raises(InputError):
+            missions.load(tmp_path / name)
+    assert (tmp_path / "pipe").is_fifo()
+    assert (tmp_path / "circle").is_symlink()
 
 
 def test_a_write_to_nowhere_says_where(mission, tmp_path):
@@ -114,7 +143,7 @@ def test_a_write_to_nowhere_says_where(mission, tmp_path):
 
 
 def test_a_missing_file_says_so(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is no file"):
         missions.load(tmp_path / "none.json")
 
 

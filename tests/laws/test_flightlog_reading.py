@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import made_flights as made
 import numpy as np
 import pytest
@@ -142,9 +144,13 @@ def test_a_length_that_lies_costs_no_memory(log, scratch):
     assert any("cut off" in note or "damaged" in note for note in read(scratch).notes)
 
 
-@pytest.mark.parametrize("name", ["missing.mcap", "."])
-def test_a_log_that_is_no_file_is_refused_in_one_line(tmp_path, name):
-    with pytest.raises(InputError, match="cannot be read"):
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [("missing.mcap", "cannot be read"), (".", "no regular file"), ("pipe", "no regular file")],
+)
+def test_a_log_that_is_no_file_is_refused_in_one_line(tmp_path, name, what):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match=what):
         read(tmp_path / name)
 
 
