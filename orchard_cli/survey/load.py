@@ -46,8 +46,9 @@ def parse(data: bytes, file: str, csv: bool = False) -> Survey:
         _refuse_many_rows(text, file)
         top = Table(parse_toml(text, file), file, faults)
     name = top.text("name", file.partition(".")[0] or file)
-    site = tables.read_site(top.table("site", required=True))
-    wishes = tables.read_wishes(top.table("flight", required=True), top.table("vehicle"))
+    site = tables.read_site(top.table("site", _mend("site", "latitude_deg = 23.45", csv)))
+    flight = top.table("flight", _mend("flight", "height_m = 3.5", csv))
+    wishes = tables.read_wishes(flight, top.table("vehicle"))
     taped = (
         sheet.read_rows(lines, file, faults)
         if csv
@@ -79,6 +80,13 @@ def _text(data: bytes, file: str) -> str:
     if not text.strip():
         raise InputError(Fault(file, "is empty", "start from missions/lemon-field.survey.toml"))
     return text
+
+
+def _mend(table: str, key: str, csv: bool) -> str:
+    """How to add a missing table, by one of its keys."""
+    if not csv:
+        return f"write [{table}] and its keys, like {key}"
+    return f'write it above the columns: a line "# [{table}]", then its keys, like "# {key}"'
 
 
 def _refuse_many_rows(text: str, file: str) -> None:

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 from orchard_cli.errors import Fault
 
 Choice = TypeVar("Choice", bound=Enum)
+_WIDE_SPACES = {0xA0: " ", 0x3000: " "}  # people type them; Python does not call them printable
 
 
 class Table:
@@ -110,18 +111,27 @@ class Table:
         return kind(value)
 
     def text(self, key: str, default: str) -> str:
-        """A short text."""
+        """A short text without control characters, which could rewrite a terminal."""
         if not self._has(key, required=False):
             return default
         value = self._values[key]
         if not isinstance(value, str) or not 0 < len(value) <= 200:
             self.fault(key, f"is {_shown(value)}", "give a text of 1 to 200 characters")
             return default
+        if not value.translate(_WIDE_SPACES).isprintable():
+            self.fault(key, f"is {_shown(value)}", "leave out control characters")
+            return default
         return value
 
-    def table(self, key: str, required: bool = False) -> Table:
-        """A table within this one; empty when it is absent."""
-        found = self._has(key, required)
+    def table(self, key: str, mend: str = "") -> Table:
+        """A table within this one; empty when it is absent. With a `mend`, it is required.
+
+        Only the absence of a required table is complained of, not that of its keys.
+        """
+        found = self._has(key, required=False)
+        if mend and not found:
+            self.fault(key, "the table is missing", mend)
+            return Table({}, f"{self.where}: {key}", [])
         values = self._values[key] if found else {}
         if not isinstance(values, dict):
             self.fault(key, f"is {_shown(values)}", f"write it as a table, [{key}]")

@@ -13,7 +13,8 @@
     2,6.0,0.5,,2.3
     2,,,3.1,2.4
 
-Lines that begin with # are the head, with the same tables as a TOML survey (tables.py). Columns:
+Lines that begin with # are the head, with the same tables as a TOML survey (tables.py); it may have
+been through a spreadsheet, which pads and quotes it. Columns, in small or capital letters:
 `row` counts from 1; `distance_m` (with `far_distance_m`) and `start_m` stand in a row's first
 line; `gap_m` is the distance from the tree before in the same row, empty in a row's first line;
 `tree_height_m` and, optionally, `ground_m` stand in each line. Cells are parted by commas,
@@ -24,6 +25,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from typing import Any
 
 from orchard_cli.errors import Fault, InputError
@@ -34,6 +36,7 @@ from .tables import MOST_ROWS, MOST_TREES, read_distances, read_start
 
 LONGEST = 10_000  # characters in a line
 Line = tuple[int, list[str]]
+_QUOTED = re.compile(r'"[^"]*"')
 _NEEDED = ("row", "gap_m", "tree_height_m")
 
 
@@ -43,13 +46,47 @@ def split(text: str, file: str) -> tuple[str, list[Line]]:
     Raises InputError for a line that cannot be a tree's.
     """
     lines = text.splitlines()
-    head = [line.lstrip()[1:] if line.lstrip().startswith("#") else "" for line in lines]
-    body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not head[n - 1]]
-    body = [(n, line) for n, line in body if not line.lstrip().startswith("#")]
+    body = [(n, line) for n, line in enumerate(lines, 1) if _is_body(line)]
     if long := [n for n, line in body if len(line) > LONGEST]:
         raise InputError(Fault(f"{file}: line {long[0]}", "is too long for a line of one tree"))
     delimiter = max(",;\t", key=body[0][1].count) if body else ","
-    return "\n".join(head), [(n, _cells(line, delimiter)) for n, line in body]
+    return _head(lines, delimiter), [(n, _cells(line, delimiter)) for n, line in body]
+
+
+def _is_head(line: str) -> bool:
+    return line.lstrip().startswith(("#", '"#'))
+
+
+def _is_body(line: str) -> bool:
+    """Not of the head, and not an empty line of a spreadsheet, which is all separators."""
+    return not _is_head(line) and bool(line.strip(" \t,;"))
+
+
+def _head(lines: list[str], delimiter: str) -> str:
+    """The TOML of the head, on its lines of the file.
+
+    Spreadsheets put a line of the head in quotes, and pad it with separators to as many cells as
+    there are columns. A list that goes on in the next line keeps one of them: its own comma.
+    """
+    head, depth = [], 0
+    for line in lines:
+        if not _is_head(line):
+            head.append("")
+            continue
+        written = _whole(line.strip(), delimiter)[1:]
+        bare = written.rstrip(f" \t{delimiter}")
+        unquoted = _QUOTED.sub("", bare)
+        depth += unquoted.count("[") - unquoted.count("]")
+        goes_on = depth > 0 and delimiter == "," and written.rstrip() != bare
+        head.append(bare + "," if goes_on else bare)
+    return "\n".join(head)
+
+
+def _whole(line: str, delimiter: str) -> str:
+    """A line of the head without the quotes that a spreadsheet put around it."""
+    if not line.startswith('"') or len(line) > LONGEST:
+        return line
+    return delimiter.join(next(csv.reader([line], delimiter=delimiter)))
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
@@ -60,7 +97,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 def read_rows(lines: list[Line], file: str, faults: list[Fault]) -> list[TapedRow]:
     """The rows of a sheet; faults are added to `faults`."""
-    columns = lines[0][1] if lines else []
+    columns = [name.lower() for name in lines[0][1]] if lines else []
     missing = [name for name in _NEEDED if name not in columns]
     if missing:
         where = f"{file}: line {lines[0][0]}" if lines else f"{file}: row"

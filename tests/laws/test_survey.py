@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import os
 from contextlib import suppress
@@ -173,6 +175,63 @@ def test_a_sheet_tells_the_same_orchard_as_toml(separator, decimal):
         assert a.trunks_site == pytest.approx(b.trunks_site)
         assert a.heights.tolist() == b.heights.tolist()
         assert a.ground.tolist() == b.ground.tolist()
+
+
+def through_a_spreadsheet(text, separator):
+    """The sheet as a spreadsheet that was told of this separator saves it: padded and quoted."""
+    rows = [line.split(separator) for line in text.splitlines()]
+    out = io.StringIO()
+    writer = csv.writer(out, delimiter=separator, lineterminator="\r\n")
+    writer.writerows(row + [""] * (6 - len(row)) for row in rows)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_a_sheet_that_a_spreadsheet_saved_tells_the_same(separator):
+    head, body = SHEET.split("row,", 1)
+    head += "# takeoff_m = [-6.0, 0.5]\n# [fence]\n# points_m = [[-20, -20],\n# [60, -20],\n"
+    head += "# [60, 60], [-20, 60]]\n\n"
+    text = head + ("row," + body).replace(",", separator)
+    saved = through_a_spreadsheet(text, separator)
+    assert '"# name = ""sheet"""' + 5 * separator in saved
+    before = survey.parse(text.encode(), "f.csv", csv=True)
+    after = survey.parse(saved.encode(), "f.csv", csv=True)
+    assert after.orchard.name == "sheet"
+    assert after.wishes.takeoff_site.tolist() == [-6.0, 0.5]
+    assert after.orchard.fence_site.tolist() == before.orchard.fence_site.tolist()
+    assert len(after.orchard.fence_site) == 4
+    assert after.orchard.origin == before.orchard.origin
+    assert [len(row.heights) for row in after.orchard.rows] == [3, 4]
+
+
+def test_columns_may_be_written_in_capitals():
+    first, rest = SHEET.split("\n1,", 1)
+    head, columns = first.rsplit("\n", 1)
+    assert survey.parse(f"{head}\n{columns.upper()}\n1,{rest}".encode(), "f.csv", csv=True)
+
+
+def test_a_sheet_without_its_head_is_told_how_to_write_one():
+    site, flight = faults_of("row," + SHEET.split("row,", 1)[1], csv=True)
+    assert (site.where, flight.where) == ("f.csv: site", "f.csv: flight")
+    assert '"# [site]", then its keys, like "# latitude_deg = 23.45"' in site.mend
+    assert '"# [flight]", then its keys, like "# height_m = 3.5"' in flight.mend
+
+
+@pytest.mark.parametrize("name", ["a\\u001b[2Jb", "a\\nb", "a\\u202eb"])
+def test_a_name_with_control_characters_is_refused(name):
+    fault = only_fault(f'name = "{name}"\n' + GOOD)
+    assert fault.where == "f.toml: name"
+    assert str(fault).isprintable()
+
+
+def test_a_name_may_be_of_any_script():
+    name = "柠檬园\u3000北 Été"
+    assert survey.parse(f'name = "{name}"\n{GOOD}'.encode(), "f").orchard.name == name
+
+
+def test_a_missing_table_is_one_fault_not_one_a_key():
+    fault = only_fault(GOOD.replace("[flight]\nheight_m = 3.5\n", ""))
+    assert (fault.where, fault.what) == ("f.toml: flight", "the table is missing")
 
 
 gaps = st.lists(st.floats(0.5, 9), min_size=1, max_size=30)
