@@ -11,7 +11,8 @@ from orchard_cli.geometry.geodesy import wgs84_from_site
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.mission import Leg, Limits, Mission
 from orchard_cli.model.site import Orchard
-from orchard_cli.motion.fit import distances
+from orchard_cli.model.trajectory import DEGREE
+from orchard_cli.motion.fit import distances, evaluate
 from orchard_cli.motion.timing import TOLERANCE, PathLimits, over_limits
 
 CANOPY_REACH = 1.5  # m around a trunk within which its canopy is expected
@@ -33,6 +34,7 @@ def check(mission: Mission) -> tuple[Fault, ...]:
         *_ground_faults(mission),
         *_limit_faults(mission),
         *_agreement_faults(mission, path),
+        *_spline_faults(mission, path),
         *_segment_faults(mission),
     )
 
@@ -212,6 +214,24 @@ def _agreement_faults(mission: Mission, path: Points) -> list[Fault]:
         for name, holds in tests
         if not holds
     ]
+
+
+def _spline_faults(mission: Mission, path: Points) -> list[Fault]:
+    """The global spline is one, passes the waypoints, and lies along the trajectory."""
+    again = "plan the mission again"
+    knots, room = mission.spline.knots, mission.corner_cut + SAMPLING
+    clamped = not np.ptp(knots[: DEGREE + 1]) and not np.ptp(knots[-DEGREE - 1 :])
+    if not clamped or knots[0] != 0 or (np.diff(knots[DEGREE:-DEGREE]) <= 0).any():
+        return [Fault("spline knots", "do not increase from 0, or are not clamped", again)]
+    if knots[-1] > mission.route_length + NEAR:
+        return [Fault("spline knots", "go on beyond the route's length", again)]
+    at = np.linspace(0.0, knots[-1], int(knots[-1] / SAMPLING) + 2)
+    curve = evaluate(mission.spline, at)
+    if not (cKDTree(curve).query(mission.waypoints_site)[0] < room).all():
+        return [Fault("spline", "passes too far from a waypoint", again)]
+    if not (cKDTree(path).query(curve)[0] < room).all():
+        return [Fault("spline", "lies too far from the trajectory", again)]
+    return []
 
 
 def _ends(control: Points) -> Points:

@@ -179,6 +179,9 @@ def test_what_is_no_mission_is_refused(text, what):
         (lambda d: d["trajectory"].update(interval_s=1e-9), "trajectory/interval_s"),
         (lambda d: d["segments"][1].update(leg="spin"), "segments/1/leg"),
         (lambda d: d["spline"].update(degree=2), "spline/degree"),
+        (lambda d: d.update(corner_cut_m=3.1), "corner_cut_m"),
+        (lambda d: d.update(name="a\x1b[2Jb"), "name"),
+        (lambda d: d.update(name="a\n"), "name"),
     ],
 )
 def test_a_fault_of_the_schema_is_told_with_its_place(change, where):
@@ -207,6 +210,12 @@ def test_faults_of_the_schema_are_told_together():
         (lambda d: d["waypoints_m"][3].__setitem__(1, 9.0), "waypoints"),
         (lambda d: d["trajectory"]["control_points_m"][300].__setitem__(2, 2.0), "row"),
         (lambda d: d["segments"].pop(2), "segments"),
+        (lambda d: d["spline"]["knots_m"].__setitem__(9, 0.1), ""),
+        (lambda d: d["spline"]["knots_m"].__setitem__(9, d["spline"]["knots_m"][10]), "spline kn"),
+        (lambda d: d["spline"]["knots_m"].__setitem__(3, 0.1), "spline knots"),
+        (lambda d: d["spline"]["knots_m"].__setitem__(slice(-4, None), [9e4] * 4), "spline knots"),
+        (lambda d: d["spline"]["control_points_m"][40].__setitem__(2, 9.0), "spline"),
+        (lambda d: d["spline"]["control_points_m"].reverse(), "spline"),
         (
             lambda d: d["orchard"].update(fence_m=[[-50, -50], [90, 90], [90, -50], [-50, 90]]),
             "fence",
@@ -217,6 +226,20 @@ def test_faults_of_the_schema_are_told_together():
 )
 def test_a_fault_of_the_physics_is_refused(change, where):
     assert any(where in f.where for f in faults_of(changed(change)))
+
+
+def test_a_spline_that_misses_the_waypoints_is_told():
+    def change(d):
+        points = d["spline"]["control_points_m"]
+        points[:] = [points[0]] * (len(points) - 1) + [points[-1]]
+
+    assert "passes too far from a waypoint" in [f.what for f in faults_of(changed(change))]
+
+
+def test_no_more_than_twenty_faults_of_the_schema_are_told():
+    faults = faults_of(changed(lambda d: d.update(waypoints_m=[None] * 5000)))
+    assert len(faults) == 21
+    assert faults[-1].what == "has more faults than these"
 
 
 @given(st.data())
