@@ -24,8 +24,11 @@ def fly(
         typer.Option(help="Fly a REAL vehicle on this MAVSDK URL, like udpin://0.0.0.0:14540."),
     ] = None,
     world: Annotated[Path | None, typer.Option(help="World file for the simulator.")] = None,
-    system: Annotated[str, typer.Option(help="Avoidance system: guided or none.")] = "guided",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulator's noise and wind.")] = 0,
+    system: Annotated[str, typer.Option(help="guided, ego, ego-published or none.")] = "guided",
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Seed of the simulator's noise and wind; default: the world's."),
+    ] = None,
     speed_factor: Annotated[
         float, typer.Option(min=0.1, max=20, help="Simulated seconds per real second.")
     ] = 1.0,

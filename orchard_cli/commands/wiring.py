@@ -61,7 +61,7 @@ class Choices:
     """What the pilot chose on the command line."""
 
     system: str = "guided"
-    seed: int = 0
+    seed: int | None = None  # None: the world's
     speed_factor: float = 1.0
     camera: tuple[int, int] = (848, 480)
     frame_rate: float = 15.0
