@@ -11,7 +11,7 @@ from dataclasses import replace
 from orchard_cli.model.vehicle import Command, FlightMode
 
 from .rules import RULES, off_plan
-from .safety import TABLE, Phase, Seen, Tolerances, hazards, reaction
+from .safety import MODES_ASKED, TABLE, Phase, Seen, Tolerances, hazards, reaction
 from .stage import Decision, Stage, Steer
 
 ASK_AGAIN = 2.0  # s between two requests of the same thing: modes are told once a second
@@ -44,20 +44,12 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
     return Decision(after, _steer(after, seen, tolerances), command, matter)
 
 
-_MODES_ASKED = {
-    Phase.RESUME: FlightMode.OFFBOARD,
-    Phase.HOLD: FlightMode.OFFBOARD,
-    Phase.RETURN: FlightMode.OFFBOARD,
-    Phase.LANDING: FlightMode.LAND,
-}
-
-
 def _engaged(stage: Stage, after: Stage, seen: Seen, tolerances: Tolerances) -> bool:
     """Whether the mode that the phase asks for has been seen in it, without silence since."""
     if seen.vehicle is None or seen.silence > tolerances.silence:
         return False
     kept = stage.engaged and after.phase is stage.phase
-    return kept or seen.vehicle.mode is _MODES_ASKED.get(after.phase)
+    return kept or seen.vehicle.mode is MODES_ASKED.get(after.phase)
 
 
 def _nothing(stage: Stage, seen: Seen) -> Command | None:

@@ -133,11 +133,11 @@ _OURS = {  # modes that this program itself brings about, by phase
 }
 
 
-_TAKEN = {  # once the mode that a phase asks for was seen in it, every other one is somebody's
-    Phase.RESUME: {FlightMode.OFFBOARD},
-    Phase.HOLD: {FlightMode.OFFBOARD},
-    Phase.RETURN: {FlightMode.OFFBOARD},
-    Phase.LANDING: {FlightMode.LAND},
+MODES_ASKED = {  # once the mode that a phase asks for was seen in it, every other is somebody's
+    Phase.RESUME: FlightMode.OFFBOARD,
+    Phase.HOLD: FlightMode.OFFBOARD,
+    Phase.RETURN: FlightMode.OFFBOARD,
+    Phase.LANDING: FlightMode.LAND,
 }
 
 
@@ -152,7 +152,9 @@ def hazards(
     vehicle, found = seen.vehicle, []
     flying = phase not in (Phase.PREFLIGHT, Phase.ENDED)
     if vehicle is not None and flying:
-        ours = (_TAKEN if engaged else _OURS).get(phase, _OURS.get(phase, set(FlightMode)))
+        ours = _OURS.get(phase, set(FlightMode))
+        if engaged and phase in MODES_ASKED:
+            ours = {MODES_ASKED[phase]}
         foreign = vehicle.armed and vehicle.mode not in ours
         sticks = vehicle.mode is FlightMode.PILOT
         if sticks or (foreign and (engaged or age > tolerances.mode_grace)):

@@ -70,6 +70,14 @@ def fly(
     return Flight(mission, gear).run(), ideal, ledger
 
 
+def blind(ideal):
+    ideal.blind = True
+
+
+def see(ideal):
+    ideal.blind, ideal._frames = False, int(ideal.time * 15) + 1
+
+
 def phases(ledger):
     seen = []
     for record in ledger.of(SafetyRecord):
@@ -126,12 +134,6 @@ def test_the_pilot_takes_over_and_nothing_is_streamed_any_more(mission):
 
 
 def test_a_camera_that_fails_for_a_while_means_a_stop_and_then_the_rest_of_the_route(mission):
-    def blind(ideal):
-        ideal.blind = True
-
-    def see(ideal):
-        ideal.blind, ideal._frames = False, int(ideal.time * 15) + 1
-
     ending, ideal, ledger = fly(mission, world_of(mission), events=[(30.0, blind), (36.0, see)])
     assert ending.as_planned, ending
     assert phases(ledger)[3:7] == ["route", "hold", "resume", "route"]
@@ -141,9 +143,6 @@ def test_a_camera_that_fails_for_a_while_means_a_stop_and_then_the_rest_of_the_r
 
 
 def test_a_camera_that_never_comes_back_ends_in_a_landing(mission):
-    def blind(ideal):
-        ideal.blind = True
-
     ending, _, ledger = fly(mission, world_of(mission), events=[(30.0, blind)])
     assert not ending.as_planned
     assert phases(ledger)[-3:] == ["hold", "landing", "ended"]
@@ -292,12 +291,6 @@ def test_a_ground_station_that_takes_over_in_a_return_is_not_fought(mission):
 
 
 def test_a_hold_that_the_operator_asks_for_stays_one_though_the_camera_comes_back(mission):
-    def blind(ideal):
-        ideal.blind = True
-
-    def see(ideal):
-        ideal.blind, ideal._frames = False, int(ideal.time * 15) + 1
-
     _, _, ledger = fly(
         mission,
         world_of(mission),
@@ -321,12 +314,6 @@ def test_a_camera_that_comes_and_goes_for_ever_does_not_hold_for_ever(mission):
 
 
 def test_held_on_the_way_home_it_goes_on_home_and_not_out_again(mission):
-    def blind(ideal):
-        ideal.blind = True
-
-    def see(ideal):
-        ideal.blind, ideal._frames = False, int(ideal.time * 15) + 1
-
     _, ideal, ledger = fly(
         mission,
         world_of(mission),
@@ -359,8 +346,6 @@ def test_asking_to_land_while_it_arms_disarms_it(mission):
     _, ideal, _ = fly(
         mission,
         world_of(mission),
-        refuse={},
         requests=[(0.07, Request.LAND)],
-        prepare=lambda ideal: setattr(ideal, "slow_arming", True),
     )
     assert ideal.asked[-1] in (Command.DISARM, Command.LAND)

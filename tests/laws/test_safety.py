@@ -135,6 +135,15 @@ def test_an_arming_refusal_ends_with_what_the_autopilot_said():
     assert "GPS fix too low" in decision.stage.why
 
 
+@pytest.mark.parametrize("request_", [Request.HOLD, Request.RETURN, Request.LAND])
+def test_whatever_is_asked_for_while_it_arms_disarms_it(request_):
+    asked = Stage(Phase.PREFLIGHT, 0.0, "checking", asked=Command.ARM, asked_at=1.0)
+    grounded = vehicle(armed=False, landed=Landed.ON_GROUND, mode=FlightMode.HOLD)
+    decision = step(asked, seen(vehicle=grounded, request=request_), 1.5, Tolerances())
+    assert decision.stage.phase is Phase.ENDED
+    assert decision.command is Command.DISARM
+
+
 def test_waiting_to_become_ready_has_a_limit_and_a_reason():
     decision = step(begin(0.0), seen(vehicle=None, not_ready=("no GPS",)), 61.0, Tolerances())
     assert decision.stage.phase is Phase.ENDED
