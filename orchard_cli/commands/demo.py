@@ -29,7 +29,8 @@ def demo(
     from orchard_cli import mission as missions
 
     from .analyze import document, draw, measured, published
-    from .fly import camera_mode, demand_as_planned, fly_mission
+    from .camera_options import camera_mode
+    from .fly import demand_as_planned, fly_mission
     from .plan import plan
     from .wiring import Choices
 

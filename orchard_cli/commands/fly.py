@@ -35,7 +35,17 @@ def fly(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Simulate without MAVSDK, as fast as it goes.")
     ] = False,
-    camera: Annotated[str, typer.Option(help="Depth mode of the simulated camera.")] = "848x480",
+    camera: Annotated[str, typer.Option(help="Depth mode of the camera.")] = "848x480",
+    camera_mount: Annotated[
+        str,
+        typer.Option(help="Place of the RealSense: FORWARD,LEFT,UP in m, DOWN in deg."),
+    ] = "0.1,0,0,0",
+    camera_filters: Annotated[
+        str, typer.Option(help="The vendor's filters: spatial, holes, or both with a comma.")
+    ] = "",
+    camera_serial: Annotated[
+        str, typer.Option(help="Serial number, where several RealSense are plugged in.")
+    ] = "",
     mend_failsafes: Annotated[
         bool,
         typer.Option("--mend-failsafes", help="Write safe failsafe parameters to the autopilot."),
@@ -54,6 +64,9 @@ def fly(
     """Fly a mission, mapping and avoiding on the way; Ctrl-C holds."""
     from orchard_cli import mission as missions
 
+    from .camera_options import camera_filters as filters_of
+    from .camera_options import camera_mode
+    from .camera_options import camera_mount as mount_of
     from .wiring import Choices
 
     choices = Choices(
@@ -63,6 +76,9 @@ def fly(
         camera=camera_mode(camera),
         mend_failsafes=mend_failsafes,
         rendered_camera=rendered_camera,
+        serial=camera_serial,
+        filters=filters_of(camera_filters),
+        mount=mount_of(camera_mount),
     )
     _refuse_contradictions(connect, world, lockstep, speed_factor, rendered_camera)
     plan = missions.load(mission)
@@ -108,20 +124,6 @@ def _refuse_contradictions(
     faults = [Fault(where, what) for is_wrong, where, what in wrong if is_wrong]
     if faults:
         raise InputError(faults)
-
-
-def camera_mode(text: str) -> tuple[int, int]:
-    """WIDTHxHEIGHT. Raises InputError for a mode that the camera has not."""
-    from orchard_cli.errors import Fault, InputError
-    from orchard_cli.model.depth import d455
-
-    try:
-        width, height = (int(part) for part in text.split("x"))
-        d455(width, height)
-    except ValueError:
-        modes = "848x480, 640x480, 424x240 or 212x120"
-        raise InputError(Fault("--camera", f"no depth mode {text!r}", f"use {modes}")) from None
-    return width, height
 
 
 def default_log(name: str) -> Path:

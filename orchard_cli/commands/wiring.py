@@ -67,6 +67,9 @@ class Choices:
     frame_rate: float = 15.0
     mend_failsafes: bool = False
     rendered_camera: bool = False
+    serial: str = ""  # of the RealSense to use; empty: the only one
+    filters: tuple[str, ...] = ()  # of the camera's vendor: "spatial", "holes"
+    mount: tuple[float, float, float, float] = (0.1, 0.0, 0.0, 0.0)  # m, m, m, rad: see Mount
 
 
 class NoGuard:
@@ -196,23 +199,21 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
     """A real autopilot. Raises LinkError when it does not answer or its failsafes are unsafe."""
     from orchard_cli.vehicle import Deadman, MonotonicClock, connect
 
-    sighted = choices.rendered_camera
-    if choices.system != "none" and not sighted:
-        raise LinkError(
-            "no depth camera is connected, and without eyes no avoidance flies; "
-            "use --system none where the route is known to be free"
-        )
+    sighted = choices.rendered_camera or choices.system != "none"
     clock = MonotonicClock()
-    cycle = onboard(mission, choices, d455(*choices.camera)).cycle
     with contextlib.ExitStack() as stack:
+        camera: Camera = NoCamera()
+        if sighted and not choices.rendered_camera:
+            camera = _realsense(choices, clock.now)
+            stack.callback(camera.close)
+        cycle = onboard(mission, choices, camera.model).cycle
         vehicle = connect(url, mission.orchard.origin, clock.now, mission.takeoff_ground)
         stack.callback(vehicle.close)
         _demand_safe_failsafes(mission, vehicle, choices.mend_failsafes)
         worker, errands = ThreadWorker(cycle), ThreadWorker(_run)
         stack.callback(worker.close)
         stack.callback(errands.close)
-        camera: Camera = NoCamera()
-        if sighted:
+        if choices.rendered_camera:
             camera = RenderedCamera(
                 world, d455(*choices.camera), choices.frame_rate, vehicle.newest_pose
             )
@@ -226,9 +227,30 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             errands=errands,
             tolerances=Tolerances() if sighted else BLIND,
             truth=None,
-            name=f"autopilot on {url}" + (" with a rendered camera" if sighted else ""),
+            name=f"autopilot on {url}"
+            + (" with a rendered camera" if choices.rendered_camera else ""),
             achieved_factor=lambda: 1.0,
         )
+
+
+def _realsense(choices: Choices, now: Callable[[], float]) -> Camera:
+    """The depth camera on the vehicle. Raises LinkError when there is none that can be used."""
+    from orchard_cli.perception import Mount, RealSense, RealSenseSettings
+
+    width, height = choices.camera
+    settings = RealSenseSettings(
+        width, height,
+        spatial="spatial" in choices.filters, fill_holes="holes" in choices.filters,
+        serial=choices.serial,
+    )  # fmt: skip
+    mount = Mount(np.array(choices.mount[:3]), choices.mount[3])
+    try:
+        return RealSense(settings, mount, now)
+    except LinkError as error:
+        raise LinkError(
+            f"{error}; without eyes no avoidance flies: "
+            "use --system none where the route is known to be free"
+        ) from None
 
 
 def _demand_safe_failsafes(mission: Mission, vehicle: MavsdkVehicle, mend: bool) -> None:
