@@ -13,6 +13,7 @@ from orchard_cli.errors import Fault, InputError, OrchardError
 
 from .analyze import analyze
 from .bench import bench
+from .check import check
 from .demo import demo
 from .fly import fly
 from .plan import plan
@@ -26,6 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command()(plan)
+app.command()(check)
 app.command()(fly)
 app.command()(analyze)
 app.command()(demo)

@@ -1,7 +1,7 @@
 """Orchard + wishes -> Mission: the Π, its spline, its time law, its checks, its file."""
 
 from .checks import check, notes
-from .files import dumps, load, loads, schema
+from .files import dumps, load, load_unchecked, loads, schema
 from .planner import measured_corner_cut, plan
 from .saving import save
 
@@ -9,6 +9,7 @@ __all__ = [
     "check",
     "dumps",
     "load",
+    "load_unchecked",
     "loads",
     "measured_corner_cut",
     "notes",

@@ -52,11 +52,27 @@ def load(path: Path) -> Mission:
     return loads(read_bounded(path, LARGEST), str(path))
 
 
+def load_unchecked(path: Path) -> Mission:
+    """Read a mission file that may be unfit to fly, to tell what is wrong with it.
+
+    Raises InputError with every fault of its form alone.
+    """
+    return _formed(read_bounded(path, LARGEST), str(path))
+
+
 def loads(data: bytes | str, where: str = "mission") -> Mission:
     """A mission from the text of its file; `where` names it in faults.
 
     Raises InputError with every fault of the schema, else with every fault of the physics.
     """
+    mission = _formed(data, where)
+    faults = [Fault(f"{where}: {f.where}", f.what, f.mend) for f in check(mission)]
+    if faults:
+        raise InputError(faults)
+    return mission
+
+
+def _formed(data: bytes | str, where: str) -> Mission:
     document = _parsed(data, where)
     found = Draft202012Validator(schema()).iter_errors(document)
     errors = list(islice(found, _MOST_FAULTS + 1))
@@ -69,13 +85,9 @@ def loads(data: bytes | str, where: str = "mission") -> Mission:
             faults.append(Fault(where, "has more faults than these"))
         raise InputError(faults)
     try:
-        mission = _mission(document)
+        return _mission(document)
     except ValueError as error:
         raise InputError(Fault(where, str(error), "plan the mission again")) from error
-    faults = [Fault(f"{where}: {f.where}", f.what, f.mend) for f in check(mission)]
-    if faults:
-        raise InputError(faults)
-    return mission
 
 
 def dumps(mission: Mission) -> str:
