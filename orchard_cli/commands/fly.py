@@ -57,6 +57,12 @@ def fly(
             help="With --connect: see --world instead of a camera. Bench and SITL only.",
         ),
     ] = False,
+    live: Annotated[
+        bool, typer.Option("--live", help="Serve the flight to Foxglove on this computer.")
+    ] = False,
+    live_address: Annotated[
+        str, typer.Option(help="HOST:PORT to serve it on, for another computer; implies --live.")
+    ] = "",
     log: Annotated[Path | None, typer.Option(help="Log file; default: named by the time.")] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No live screen.")] = False,
@@ -83,7 +89,10 @@ def fly(
     _refuse_contradictions(connect, world, lockstep, speed_factor, rendered_camera)
     plan = missions.load(mission)
     path = log if log is not None else default_log(plan.name)
-    ending, summary = fly_mission(plan, choices, path, world, connect, lockstep, quiet or json)
+    address = live_address or ("127.0.0.1:8765" if live else "")
+    ending, summary = fly_mission(
+        plan, choices, path, world, connect, lockstep, quiet or json, live=address
+    )
     if json:
         typer.echo(json_module.dumps(summary))
     elif not quiet:
@@ -143,11 +152,16 @@ def fly_mission(
     lockstep: bool = False,
     quiet: bool = False,
     overwrite: bool = False,
+    live: str = "",
 ) -> tuple[Ending, dict[str, Any]]:
-    """Fly and log; returns how it ended, and a summary for `--json`."""
-    from orchard_cli.flightlog import McapRecorder
+    """Fly and log; returns how it ended, and a summary for `--json`.
+
+    `live` is HOST:PORT to serve the flight on; empty: it is not served.
+    """
+    from orchard_cli.flightlog import McapRecorder, Tee
 
     from . import wiring
+    from .live_option import live_view
 
     world, world_file = wiring.load_world(mission, world_path)
     if connect is not None:
@@ -156,16 +170,18 @@ def fly_mission(
         rig = wiring.lockstep(mission, world, choices)
     else:
         rig = wiring.simulated(mission, world, choices)
+    watched = live_view(live)
     recorder = McapRecorder(log, overwrite=overwrite, patient=lockstep)
+    records = Tee(recorder, *watched)
     try:
         with rig as equipment:
-            recorder.write(_header(mission, choices, equipment, world_file, connect is None))
+            records.write(_header(mission, choices, equipment, world_file, connect is None))
             began = equipment.clock.now()
-            ending = _run(mission, equipment, recorder, quiet, choices)
+            ending = _run(mission, equipment, records, quiet, choices)
             flown = equipment.clock.now() - began
             factor = equipment.achieved_factor()
     finally:
-        recorder.close()
+        records.close()
     summary = {
         "as_planned": ending.as_planned,
         "ended": ending.why,

@@ -27,6 +27,22 @@ from orchard_cli.model.vehicle import Setpoint, VehicleState
 
 SCHEMA = "orchard-log/1"
 
+FOXGLOVE_TOPICS = {
+    "/tf": channels.FrameTransformsChannel,
+    "/pose": channels.PoseInFrameChannel,
+    "/gps": channels.LocationFixChannel,
+    "/plan/waypoints": channels.PosesInFrameChannel,
+    "/plan/spline": channels.PosesInFrameChannel,
+    "/trajectory": channels.PosesInFrameChannel,
+    "/guide_path": channels.PosesInFrameChannel,
+    "/map/occupied": channels.PointCloudChannel,
+    "/camera/depth": channels.RawImageChannel,
+    "/camera/calibration": channels.CameraCalibrationChannel,
+    "/scene": channels.SceneUpdateChannel,
+    "/log": channels.LogChannel,
+}
+"""Topics in Foxglove's own schemas."""
+
 TimedRecord = (
     VehicleState
     | Setpoint
@@ -71,30 +87,23 @@ class Scribe:
             for topic, kind in messages.JSON_TOPICS.items()
         }
         self._fox: Mapping[str, Any] = {
-            topic: kind(topic, context=context)
-            for topic, kind in (
-                ("/tf", channels.FrameTransformsChannel),
-                ("/pose", channels.PoseInFrameChannel),
-                ("/gps", channels.LocationFixChannel),
-                ("/plan/waypoints", channels.PosesInFrameChannel),
-                ("/plan/spline", channels.PosesInFrameChannel),
-                ("/trajectory", channels.PosesInFrameChannel),
-                ("/guide_path", channels.PosesInFrameChannel),
-                ("/map/occupied", channels.PointCloudChannel),
-                ("/camera/depth", channels.RawImageChannel),
-                ("/camera/calibration", channels.CameraCalibrationChannel),
-                ("/scene", channels.SceneUpdateChannel),
-                ("/log", channels.LogChannel),
-            )
+            topic: kind(topic, context=context) for topic, kind in FOXGLOVE_TOPICS.items()
         }
 
     def write(self, record: TimedRecord) -> None:
         """Log one record under its own time; ValueError when it holds a number that is none."""
         utc = self._offset + round(record.time * 1e9)
         if not self._drawn:
-            self._drawn = True
-            self._plan(utc)
+            self.draw_plan(record.time)
         self._dispatch(record, utc)
+
+    def draw_plan(self, time: float) -> None:
+        """Log what the mission is, once more where readers join late; `time` on the flight clock.
+
+        The first record does so by itself.
+        """
+        self._drawn = True
+        self._plan(self._offset + round(time * 1e9))
 
     def _dispatch(self, record: TimedRecord, utc: int) -> None:
         match record:
