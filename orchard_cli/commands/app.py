@@ -15,6 +15,7 @@ from .analyze import analyze
 from .bench import bench
 from .check import check
 from .demo import demo
+from .doctor import doctor
 from .fly import fly
 from .plan import plan
 
@@ -32,6 +33,7 @@ app.command()(fly)
 app.command()(analyze)
 app.command()(demo)
 app.command()(bench)
+app.command()(doctor)
 
 
 def _version(wanted: bool) -> None:

@@ -2,6 +2,7 @@
 
 from .clock import MonotonicClock
 from .deadman import Deadman
+from .inspection import LinkReport, inspect_link
 from .link import MavsdkVehicle, connect
 
-__all__ = ["Deadman", "MavsdkVehicle", "MonotonicClock", "connect"]
+__all__ = ["Deadman", "LinkReport", "MavsdkVehicle", "MonotonicClock", "connect", "inspect_link"]

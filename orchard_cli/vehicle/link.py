@@ -71,7 +71,7 @@ def connect(
     )
     hub = mavsdk.Mavsdk(configuration)
     try:
-        system = _first_autopilot(hub, url, patience)
+        system = first_autopilot(hub, url, patience)
         return MavsdkVehicle(hub, system, _Place(origin, ground_site), now, lock)
     except BaseException:
         hub.destroy()
@@ -79,7 +79,8 @@ def connect(
         raise
 
 
-def _first_autopilot(hub: mavsdk.Mavsdk, url: str, patience: float) -> Any:
+def first_autopilot(hub: mavsdk.Mavsdk, url: str, patience: float) -> Any:
+    """Open a connection and wait for a heartbeat. Raises LinkError when none comes."""
     opened = hub.add_any_connection(url)
     if opened is not mavsdk.ConnectionResult.SUCCESS:
         raise LinkError(

@@ -51,6 +51,11 @@ _HEALTH_WORDS = (
 )
 
 
+def health_problems(health: Any) -> tuple[str, ...]:
+    """What of MAVSDK's Health is not well, in words; everything when it was never heard."""
+    return tuple(words for name, words in _HEALTH_WORDS if not getattr(health, name, False))
+
+
 class TelemetryFeed:
     """Subscribes on construction and keeps the newest of everything.
 
@@ -91,9 +96,7 @@ class TelemetryFeed:
             if self._mode is None or self._armed is None:
                 return None
             pose = self._poses[-1]
-            missing = tuple(
-                words for name, words in _HEALTH_WORDS if not getattr(self._health, name, False)
-            )
+            missing = health_problems(self._health)
             return VehicleState(
                 time=pose.time,
                 position_site=pose.position_site,

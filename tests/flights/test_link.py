@@ -11,7 +11,7 @@ from orchard_cli.model.site import HeightReference, SiteOrigin
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, Setpoint
 from orchard_cli.model.world import World
 from orchard_cli.simulator import SimulatorProcess, SimulatorSettings
-from orchard_cli.vehicle import connect
+from orchard_cli.vehicle import connect, inspect_link
 
 pytestmark = pytest.mark.flight
 ORIGIN = SiteOrigin(23.158, 113.352, 30.0, HeightReference.AMSL, math.radians(70.0))
@@ -142,3 +142,18 @@ def test_a_port_in_use_by_another_flight_is_refused(flying):
 def test_a_senseless_url_is_told():
     with pytest.raises(LinkError, match="cannot open nonsense"):
         connect("nonsense", ORIGIN, time.monotonic, patience=1.0)
+
+
+def test_doctor_hears_streams_firmware_and_the_parameters_of_the_simulated_autopilot():
+    running = simulator()
+    try:
+        report = inspect_link(running.url, flight_height=3.5)
+    finally:
+        running.close()
+    assert report.firmware.startswith("1.17.0")
+    assert not report.armed
+    assert report.fix.startswith("fix 3d")
+    assert min(report.rates.values()) > 15.0
+    stock = {parameter.name: parameter.safe for parameter in report.parameters}
+    assert stock["COM_OBL_RC_ACT"] is False
+    assert stock["RTL_RETURN_ALT"] is False

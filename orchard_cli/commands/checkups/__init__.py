@@ -1,0 +1,1 @@
+"""What `orchard doctor` looks at, one file a subject. Each gives its findings as values."""
