@@ -152,7 +152,7 @@ def test_doctor_hears_streams_firmware_and_the_parameters_of_the_simulated_autop
         running.close()
     assert report.firmware.startswith("1.17.0")
     assert not report.armed
-    assert report.fix.startswith("fix 3d")
+    assert report.fix.startswith("rtk fixed")
     assert min(report.rates.values()) > 15.0
     stock = {parameter.name: parameter.safe for parameter in report.parameters}
     assert stock["COM_OBL_RC_ACT"] is False
