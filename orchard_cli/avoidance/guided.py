@@ -103,6 +103,7 @@ class Guided:
     """
 
     name = "guided"
+    needs: frozenset[str] = frozenset()
 
     def __init__(self, settings: GuidedSettings | None = None) -> None:
         self._settings = settings or GuidedSettings()

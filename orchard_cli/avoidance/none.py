@@ -9,6 +9,7 @@ class Blind:
     """Looks at nothing and keeps everything."""
 
     name = "none"
+    needs: frozenset[str] = frozenset()
 
     def plan(self, situation: Situation) -> Verdict:
         """Keep the active trajectory."""

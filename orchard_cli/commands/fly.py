@@ -218,6 +218,7 @@ def _run(
             operator=operator,
             guard=equipment.guard,
             truth=equipment.truth,
+            sensors=equipment.sensors,
         )
         return Flight(mission, gear, equipment.tolerances).run()
 

@@ -15,7 +15,7 @@ from orchard_cli.avoidance import Blind, Ego, Guided
 from orchard_cli.errors import Fault, InputError, LinkError
 from orchard_cli.flight.helm import Errand
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
-from orchard_cli.flight.ports import Avoidance, Camera, Clock, Guard, Truth, Vehicle
+from orchard_cli.flight.ports import Avoidance, Camera, Clock, Guard, Sensors, Truth, Vehicle
 from orchard_cli.flight.safety import Tolerances
 from orchard_cli.flight.warmup import warm_up
 from orchard_cli.flight.worker import InlineWorker, ThreadWorker, Worker
@@ -52,6 +52,7 @@ class Equipment:
     errands: Worker[Errand, Trajectory]
     tolerances: Tolerances
     truth: Truth | None
+    sensors: Sensors | None
     name: str
     achieved_factor: Callable[[], float]
 
@@ -95,12 +96,17 @@ class NoCamera:
         """Nothing to let go of."""
 
 
+def maker(system: str) -> Callable[[], Avoidance]:
+    """What makes the system of that name. Raises InputError."""
+    if system not in SYSTEMS:
+        known = ", ".join(SYSTEMS)
+        raise InputError(Fault("--system", f"no system {system!r}", f"choose of {known}"))
+    return SYSTEMS[system]
+
+
 def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:
     """The onboard cycle with its kernels compiled or loaded. Raises InputError."""
-    if choices.system not in SYSTEMS:
-        known = ", ".join(SYSTEMS)
-        raise InputError(Fault("--system", f"no system {choices.system!r}", f"choose of {known}"))
-    make = SYSTEMS[choices.system]
+    make = maker(choices.system)
     warm_up(Onboard(OccupancyGrid(), make(), mission.limits), model)
     return Onboard(OccupancyGrid(), make(), mission.limits)
 
@@ -131,6 +137,7 @@ def _settings(choices: Choices) -> SimulatorSettings:
         autopilot_port=0,
         camera=choices.camera,
         frame_rate=choices.frame_rate,
+        sensors=maker(choices.system)().needs,
     )
 
 
@@ -153,6 +160,7 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
             errands=InlineWorker(_run),
             tolerances=Tolerances(),
             truth=simulator.truth,
+            sensors=simulator.sensors,
             name="simulated X500 (lockstep)",
             achieved_factor=lambda: math.nan,
         )
@@ -189,6 +197,7 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
             errands=errands,
             tolerances=Tolerances(),
             truth=simulator.truth,
+            sensors=simulator.sensors,
             name="simulated X500 over MAVSDK",
             achieved_factor=lambda: simulator.achieved_factor,
         )
@@ -200,6 +209,12 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
     from orchard_cli.vehicle import Deadman, MonotonicClock, connect
 
     sighted = choices.rendered_camera or choices.system != "none"
+    missing = maker(choices.system)().needs
+    if missing:
+        raise LinkError(
+            f"{choices.system} needs {' and '.join(sorted(missing))}, which are not connected; "
+            "choose a system that flies by depth alone, such as guided"
+        )
     clock = MonotonicClock()
     with contextlib.ExitStack() as stack:
         camera: Camera = NoCamera()
@@ -227,6 +242,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             errands=errands,
             tolerances=Tolerances() if sighted else BLIND,
             truth=None,
+            sensors=None,
             name=f"autopilot on {url}"
             + (" with a rendered camera" if choices.rendered_camera else ""),
             achieved_factor=lambda: 1.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import perf_counter
 
 from orchard_cli.geometry.poses import interpolate
@@ -11,6 +11,7 @@ from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.records import OccupiedCells, PlannerRecord
+from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Pose, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
@@ -32,6 +33,7 @@ class OnboardJob:
     vehicle: VehicleState
     active: Trajectory | None  # None: map only
     reference: Trajectory | None
+    sensed: Sensed = field(default_factory=Sensed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +87,7 @@ class Onboard:
                 grid=self._grid,
                 frame=job.frame,
                 limits=self._limits,
+                sensed=job.sensed,
             )
         )
 

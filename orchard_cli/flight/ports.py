@@ -6,6 +6,7 @@ from typing import Protocol
 
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.records import Record, TruthRecord
+from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
 from orchard_cli.motion.situation import Situation, Verdict
 
@@ -71,6 +72,14 @@ class Camera(Protocol):
         ...
 
 
+class Sensors(Protocol):
+    """What is fitted besides the depth camera."""
+
+    def newest(self) -> Sensed:
+        """The newest scan of each sensor, with the flight clock's time on it."""
+        ...
+
+
 class Truth(Protocol):
     """A simulator's knowledge of what really happens; absent on a real vehicle."""
 
@@ -83,6 +92,7 @@ class Avoidance(Protocol):
     """An avoidance system. Pure apart from its own memory; called once per depth frame."""
 
     name: str
+    needs: frozenset[str]  # sensors besides depth, of model/sensors.py SENSORS
 
     def plan(self, situation: Situation) -> Verdict:
         """Keep the active trajectory, replace it, or stop."""

@@ -14,6 +14,7 @@ import numpy as np
 from orchard_cli.model.arrays import Vector
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import NewTrajectory, Severity
+from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep
@@ -22,7 +23,7 @@ from .helm import Errand, Helm
 from .inbox import Inbox
 from .onboard import OnboardJob, OnboardResult
 from .phases import begin, step
-from .ports import Camera, Clock, Guard, Operator, Recorder, Truth, Vehicle
+from .ports import Camera, Clock, Guard, Operator, Recorder, Sensors, Truth, Vehicle
 from .preflight import not_ready
 from .reporter import Reporter
 from .safety import Phase, Request, Seen, Tolerances
@@ -53,6 +54,7 @@ class Gear:
     operator: Operator
     guard: Guard
     truth: Truth | None = None
+    sensors: Sensors | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +75,7 @@ class Flight:
         self._tolerances = tolerances or Tolerances()
         self._helm = Helm(mission, gear.errands)
         self._inbox = Inbox()
+        self._sensed = Sensed()
         self._planned = -math.inf
         self._refused: str | None = None
         self._asked: tuple[Request, float] | None = None
@@ -119,11 +122,17 @@ class Flight:
         return after
 
     def _look(self, now: float) -> None:
-        """Take the newest frame."""
+        """Take the newest frame and the newest scans, and log what is new."""
         frame = self._gear.camera.latest()
         if frame is not None:
             self._gear.recorder.write(frame)
             self._inbox.put(frame, now)
+        if self._gear.sensors is not None:
+            before, self._sensed = self._sensed.scans(), self._gear.sensors.newest()
+            known = {(type(scan), scan.time) for scan in before}
+            for scan in self._sensed.scans():
+                if (type(scan), scan.time) not in known:
+                    self._gear.recorder.write(scan)
 
     def _think(self, state: VehicleState | None, now: float) -> None:
         """Collect the finished onboard cycle and start the next one."""
@@ -139,8 +148,9 @@ class Flight:
             return
         poses = self._gear.vehicle.poses(frame.time - 0.2)
         job = OnboardJob(
-            now, now + COMMIT, frame, poses, state, guidance.active, guidance.reference
-        )
+            now, now + COMMIT, frame, poses, state, guidance.active, guidance.reference,
+            self._sensed,
+        )  # fmt: skip
         worker.give(job, now)
 
     def _take(self, result: OnboardResult, now: float) -> None:

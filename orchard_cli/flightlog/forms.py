@@ -13,6 +13,7 @@ from orchard_cli.model.arrays import Points
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import LogLine, NewTrajectory, OccupiedCells
+from orchard_cli.model.sensors import ColourFrame
 from orchard_cli.model.site import SiteOrigin
 from orchard_cli.model.vehicle import VehicleState
 
@@ -143,6 +144,20 @@ def depth_image(frame: DepthFrame, utc: int) -> fox.RawImage:
         encoding="16UC1",
         step=2 * width,
         data=np.ascontiguousarray(frame.depth_mm, dtype="<u2").tobytes(),
+    )
+
+
+def colour_image(frame: ColourFrame, utc: int) -> fox.RawImage:
+    """Red, green, blue, aligned to the depth image."""
+    height, width, _ = frame.rgb.shape
+    return fox.RawImage(
+        timestamp=stamp(utc),
+        frame_id="camera",
+        width=width,
+        height=height,
+        encoding="rgb8",
+        step=3 * width,
+        data=np.ascontiguousarray(frame.rgb).tobytes(),
     )
 
 

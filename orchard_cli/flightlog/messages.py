@@ -103,6 +103,46 @@ class Truth(Struct, frozen=True, kw_only=True):
     contact: str | UnsetType = UNSET
 
 
+class Reflection(Struct, frozen=True, kw_only=True):
+    """One of a radar scan; angles are + to the left and up, the speed + away."""
+
+    range_m: float
+    azimuth_rad: float
+    elevation_rad: float
+    speed_m_s: float | UnsetType = UNSET
+
+
+class RadarSweep(Struct, frozen=True, kw_only=True):
+    """What the radar saw, and how it sits on the body: /sensors/radar."""
+
+    time: float
+    returns: list[Reflection]
+    range_max_m: float
+    width_rad: float
+    height_rad: float
+    rate_hz: float
+    position_body_m: Triple
+    body_from_radar: Annotated[list[float], Meta(min_length=9, max_length=9)]  # row by row
+
+
+class Beam(Struct, frozen=True, kw_only=True):
+    """One laser rangefinder; `range_m` is absent when nothing is within its reach."""
+
+    name: str
+    range_m: float | UnsetType = UNSET
+    place_body_m: Triple
+    direction_body: Triple
+
+
+class Ranges(Struct, frozen=True, kw_only=True):
+    """What the laser rangefinders measured: /sensors/range."""
+
+    time: float
+    beams: list[Beam]
+    range_max_m: float
+    rate_hz: float
+
+
 class Curve(Struct, frozen=True, kw_only=True):
     """A trajectory taken into flight, exactly: /trajectory/curve.
 
@@ -124,6 +164,8 @@ JSON_TOPICS: dict[str, type[Struct]] = {
     "/safety": Safety,
     "/spray": Spray,
     "/truth": Truth,
+    "/sensors/radar": RadarSweep,
+    "/sensors/range": Ranges,
     "/trajectory/curve": Curve,
 }
 

@@ -115,6 +115,8 @@ class _Taken:
             planner=tuple(records.planner(b) for b in bodies["/planner"]),
             safety=tuple(records.safety(b) for b in bodies["/safety"]),
             spray=tuple(records.spray(b) for b in bodies["/spray"]),
+            radar=tuple(records.radar(b) for b in bodies["/sensors/radar"]),
+            ranges=tuple(records.ranges(b) for b in bodies["/sensors/range"]),
             trajectories=tuple(records.new_trajectory(b) for b in bodies["/trajectory/curve"]),
             maps=tuple(records.cells(b, t, offset) for t, b in got["/map/occupied"]),
             lines=tuple(records.line(b, t, offset) for t, b in got["/log"]),

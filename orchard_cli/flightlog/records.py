@@ -20,6 +20,7 @@ from orchard_cli.model.records import (
     Severity,
     SprayRecord,
 )
+from orchard_cli.model.sensors import Beams, Radar, RadarScan, RangeScan
 from orchard_cli.model.trajectory import Trajectory
 
 _NO_VECTOR = [float("nan")] * 3
@@ -100,6 +101,29 @@ def spray(one: messages.Spray) -> SprayRecord:
     """The pump."""
     row = None if isinstance(one.row, UnsetType) else one.row
     return SprayRecord(one.time, one.on, row, one.why)
+
+
+def radar(one: messages.RadarSweep) -> RadarScan:
+    """A radar scan."""
+    rows = [(r.range_m, r.azimuth_rad, r.elevation_rad, number(r.speed_m_s)) for r in one.returns]
+    mount = Radar(
+        one.range_max_m, one.width_rad, one.height_rad, one.rate_hz,
+        np.array(one.body_from_radar).reshape(3, 3), np.array(one.position_body_m),
+    )  # fmt: skip
+    return RadarScan(one.time, np.array(rows), mount)
+
+
+def ranges(one: messages.Ranges) -> RangeScan:
+    """A scan of the laser rangefinders."""
+    far = [float("inf") if beam.range_m is UNSET else beam.range_m for beam in one.beams]
+    beams = Beams(
+        tuple(beam.name for beam in one.beams),
+        np.array([beam.place_body_m for beam in one.beams]).reshape(-1, 3),
+        np.array([beam.direction_body for beam in one.beams]).reshape(-1, 3),
+        one.range_max_m,
+        one.rate_hz,
+    )
+    return RangeScan(one.time, np.array(far), beams)
 
 
 def new_trajectory(one: messages.Curve) -> NewTrajectory:

@@ -9,6 +9,7 @@ import msgspec
 from foxglove import Channel, Context, channels
 
 from orchard_cli.flightlog import forms, messages
+from orchard_cli.flightlog.json_forms import json_form
 from orchard_cli.flightlog.messages import known, known_vector, vector
 from orchard_cli.flightlog.pace import Pace, Rates
 from orchard_cli.flightlog.scene import scene
@@ -23,6 +24,7 @@ from orchard_cli.model.records import (
     SprayRecord,
     TruthRecord,
 )
+from orchard_cli.model.sensors import ColourFrame, SensorScan
 from orchard_cli.model.vehicle import Setpoint, VehicleState
 
 SCHEMA = "orchard-log/1"
@@ -37,6 +39,7 @@ FOXGLOVE_TOPICS = {
     "/guide_path": channels.PosesInFrameChannel,
     "/map/occupied": channels.PointCloudChannel,
     "/camera/depth": channels.RawImageChannel,
+    "/camera/colour": channels.RawImageChannel,
     "/camera/calibration": channels.CameraCalibrationChannel,
     "/scene": channels.SceneUpdateChannel,
     "/log": channels.LogChannel,
@@ -47,6 +50,7 @@ TimedRecord = (
     VehicleState
     | Setpoint
     | DepthFrame
+    | SensorScan
     | LogLine
     | PlannerRecord
     | SafetyRecord
@@ -111,6 +115,8 @@ class Scribe:
                 self._state(record, utc)
             case DepthFrame():
                 self._frame(record, utc)
+            case ColourFrame():
+                self._log("/camera/colour", forms.colour_image(record, utc), utc)
             case OccupiedCells():
                 self._log("/map/occupied", forms.occupied(record, utc), utc)
             case NewTrajectory():
@@ -118,7 +124,7 @@ class Scribe:
             case LogLine():
                 self._log("/log", forms.log_line(record, utc), utc)
             case _:
-                topic, message = _json_form(record)
+                topic, message = json_form(record)
                 self._say(topic, message, utc)
 
     def _plan(self, utc: int) -> None:
@@ -179,45 +185,3 @@ class Scribe:
 
     def _say(self, topic: str, message: msgspec.Struct, utc: int) -> None:
         self._json[topic].log(msgspec.json.encode(message), log_time=utc)
-
-
-def _json_form(record: TimedRecord) -> tuple[str, msgspec.Struct]:
-    match record:
-        case Setpoint():
-            return "/setpoint", messages.Setpoint(
-                time=record.time,
-                position_m=vector(record.position_site),
-                velocity_m_s=known_vector(record.velocity_site),
-                acceleration_m_s2=known_vector(record.acceleration_site),
-                yaw_rad=record.yaw_site,
-                yaw_rate_rad_s=record.yaw_rate,
-            )
-        case PlannerRecord():
-            return "/planner", messages.Planner(
-                time=record.time,
-                frame_time=record.frame_time,
-                decision=record.decision,
-                why=record.why,
-                blocked_at_m=known(record.blocked_at),
-                stages=[messages.Stage(name=n, ms=ms) for n, ms in record.stages_ms.items()],
-            )
-        case SafetyRecord():
-            return "/safety", messages.Safety(
-                time=record.time,
-                phase=record.phase,
-                action=record.action,
-                why=record.why,
-                faults=list(record.faults),
-            )
-        case SprayRecord():
-            row = msgspec.UNSET if record.row is None else record.row
-            return "/spray", messages.Spray(time=record.time, on=record.on, row=row, why=record.why)
-        case TruthRecord():
-            return "/truth", messages.Truth(
-                time=record.time,
-                position_m=vector(record.position_site),
-                velocity_m_s=vector(record.velocity_site),
-                site_from_body=vector(record.site_from_body),
-                contact=record.contact,
-            )
-    raise ValueError(f"no topic for {type(record).__name__}")

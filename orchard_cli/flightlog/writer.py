@@ -18,6 +18,7 @@ from orchard_cli.flightlog.scribe import Scribe, metadata
 from orchard_cli.flightlog.sink import Sink
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.records import LogLine, OccupiedCells, Record, RunHeader, Severity
+from orchard_cli.model.sensors import ColourFrame
 
 CHUNK_SECONDS = 0.5
 """A chunk is closed and handed to the disk at least this often, in flight time."""
@@ -29,6 +30,7 @@ BULKY_LENGTH = 512
 CLOSING_LIMIT = 20.0
 """s that `close` waits for a disk that hangs; the file is then cut, and readable up to the cut."""
 
+_BULKY = (DepthFrame, ColourFrame, OccupiedCells)
 _MEDIA = {".json": "application/json", ".toml": "application/toml"}
 
 
@@ -53,7 +55,11 @@ class McapRecorder:
         rates = rates or Rates()
         sink = Sink(Path(path), overwrite, sync=not patient)
         self._writing = _Writing(sink, rates)  # touched by the log's thread only
-        self._paces = {DepthFrame: Pace(rates.depth), OccupiedCells: Pace(rates.cells)}
+        self._paces = {
+            DepthFrame: Pace(rates.depth),
+            ColourFrame: Pace(rates.depth),
+            OccupiedCells: Pace(rates.cells),
+        }
         self._patient = patient
         self._queue: queue.Queue[Record | None] = queue.Queue(QUEUE_LENGTH)
         self._dropped: Counter[str] = Counter()  # by the flight's thread
@@ -71,7 +77,7 @@ class McapRecorder:
         """Queue one record; never raises, and never waits unless patient."""
         if self._closed:
             self._dropped["after the end"] += 1
-        elif not isinstance(record, DepthFrame | OccupiedCells):
+        elif not isinstance(record, _BULKY):
             self._put(record)
         elif self._paces[type(record)].due(record.time):
             if self._patient or self._queue.qsize() < BULKY_LENGTH:
@@ -144,7 +150,7 @@ class _Writing:
             raise ValueError("came before the run's header")
         if self._sink.ended:
             raise OSError("the disk stayed full")
-        if self._sink.failure and isinstance(record, DepthFrame | OccupiedCells):
+        if self._sink.failure and isinstance(record, _BULKY):
             raise OSError(self._sink.failure)
         self._scribe.write(record)
         self._now = record.time

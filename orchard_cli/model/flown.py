@@ -17,6 +17,7 @@ from .records import (
     SafetyRecord,
     SprayRecord,
 )
+from .sensors import RadarScan, RangeScan
 
 
 def _read_only(values: ArrayLike, width: int | None, count: int, what: str) -> Array:
@@ -115,6 +116,8 @@ class FlownLog:
     safety: tuple[SafetyRecord, ...] = ()
     spray: tuple[SprayRecord, ...] = ()
     trajectories: tuple[NewTrajectory, ...] = ()  # without their guide paths
+    radar: tuple[RadarScan, ...] = ()
+    ranges: tuple[RangeScan, ...] = ()
     maps: tuple[OccupiedCells, ...] = ()
     lines: tuple[LogLine, ...] = ()
     contacts: tuple[Contact, ...] | None = None  # at most one; None: not known

@@ -1,7 +1,7 @@
 """What a flight writes down. Each record is one message of one log topic.
 
-The recorder is handed these nouns and also VehicleState, Setpoint, DepthFrame and Trajectory as
-they are; flightlog knows the topic and the format of each.
+The recorder is handed these nouns and also VehicleState, Setpoint, DepthFrame, SensorScan and
+Trajectory as they are; flightlog knows the topic and the format of each.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from enum import Enum
 from .arrays import Points, Vector
 from .depth import DepthFrame
 from .mission import Mission
+from .sensors import SensorScan
 from .trajectory import Trajectory
 from .vehicle import Setpoint, VehicleState
 
@@ -120,6 +121,7 @@ Record = (
     | VehicleState
     | Setpoint
     | DepthFrame
+    | SensorScan
     | LogLine
     | PlannerRecord
     | SafetyRecord

@@ -101,6 +101,12 @@ class SensorNoise:
     height: float = 0.05  # m, slow error of the estimated height
     velocity: float = 0.03  # m/s
     attitude: float = 0.003  # rad
+    radar_range: float = 0.05  # m
+    radar_angle: float = 0.009  # rad, azimuth; elevation twice that
+    radar_speed: float = 0.1  # m/s
+    radar_miss: float = 0.05  # share of the reflections that are not reported
+    radar_clutter: float = 0.1  # reflections of nothing, mean of a scan
+    laser_range: float = 0.02  # m
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Limits
+from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import VehicleState
 
@@ -30,6 +31,7 @@ class Situation:
     grid: OccupancyGrid
     frame: DepthFrame  # newest
     limits: Limits
+    sensed: Sensed = field(default_factory=Sensed)  # newest scans of the sensors in `needs`
 
 
 @dataclass(frozen=True, slots=True)

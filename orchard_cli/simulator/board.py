@@ -14,27 +14,39 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orchard_cli.model.arrays import Array
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.records import TruthRecord
+from orchard_cli.model.sensors import Beams, Radar, RadarScan, RangeScan, Sensed, SensorScan
 
-CLOCK_SLOTS, FRAME_SLOTS, TRUTH_SLOTS = 8, 4, 4096
-CLOCK, FRAME, TRUTH = 0, 1, 2  # counters
+CLOCK_SLOTS, FRAME_SLOTS, TRUTH_SLOTS, SCAN_SLOTS = 8, 4, 4096, 8
+CLOCK, FRAME, TRUTH, RADAR, RANGE = 0, 1, 2, 3, 4  # counters
+RADAR_ROOM = 256  # reflections; a scan with more loses the last
 TRUTH_ROW = 12  # time, position, velocity, attitude, whether something was touched
 NAME_ROOM = 64  # bytes for the name of what was touched
 
 
 class Board:
-    """Clock, newest frame and truth. Hand it to the child as an argument of its process."""
+    """Clock, newest frame and scans, truth. Hand it to the child as an argument of its process."""
 
-    def __init__(self, context: BaseContext, camera: DepthCamera | None) -> None:
+    def __init__(
+        self,
+        context: BaseContext,
+        camera: DepthCamera | None,
+        mounted: tuple[Radar | None, Beams | None] = (None, None),
+    ) -> None:
         self.camera = camera
+        self._radar, self._beams = mounted
         pixels = camera.width * camera.height if camera else 0
         make = context.RawArray
-        self._counters = make("q", 3)
+        self._counters = make("q", 5)
         self._clock = make("d", CLOCK_SLOTS * 2)
         self._stamps = make("d", FRAME_SLOTS)
         self._depth = make("H", max(FRAME_SLOTS * pixels, 1))
         self._truth = make("d", TRUTH_SLOTS * TRUTH_ROW)
+        beams = len(self._beams.names) if self._beams else 0
+        self._reflections = make("d", SCAN_SLOTS * (2 + 4 * RADAR_ROOM))  # time, count, rows
+        self._ranges = make("d", SCAN_SLOTS * (1 + beams))  # time, metres
         self._contact = make("c", NAME_ROOM)  # written once, before the first row that says so
         self._achieved = make("d", 1)
 
@@ -57,6 +69,21 @@ class Board:
         self._view("_depth", np.uint16, FRAME_SLOTS)[n % FRAME_SLOTS] = frame.depth_mm.reshape(-1)
         self._stamps[n % FRAME_SLOTS] = frame.time
         self._counters[FRAME] = n
+
+    def put_scan(self, scan: SensorScan) -> None:
+        """Show a radar or laser scan."""
+        match scan:
+            case RadarScan():
+                n = self._counters[RADAR] + 1
+                rows = scan.returns[:RADAR_ROOM]
+                slot = self._view("_reflections", np.float64, SCAN_SLOTS)[n % SCAN_SLOTS]
+                slot[:2], slot[2 : 2 + rows.size] = (scan.time, len(rows)), rows.reshape(-1)
+                self._counters[RADAR] = n
+            case RangeScan():
+                n = self._counters[RANGE] + 1
+                slot = self._view("_ranges", np.float64, SCAN_SLOTS)[n % SCAN_SLOTS]
+                slot[0], slot[1:] = scan.time, scan.ranges
+                self._counters[RANGE] = n
 
     def put_truth(self, record: TruthRecord) -> None:
         """Show where the vehicle really is."""
@@ -99,6 +126,27 @@ class Board:
             stamp = float(self._stamps[n % FRAME_SLOTS])
             if self._counters[FRAME] - n < FRAME_SLOTS - 1:
                 return n, DepthFrame(stamp, depth.reshape(camera.height, camera.width), camera)
+
+    def sensed(self) -> Sensed:
+        """The newest scans."""
+        sweep, shot = self._newest("_reflections", RADAR), self._newest("_ranges", RANGE)
+        radar = ranges = None
+        if sweep is not None and self._radar is not None:
+            rows = sweep[2 : 2 + 4 * int(sweep[1])].reshape(-1, 4)
+            radar = RadarScan(float(sweep[0]), rows, self._radar)
+        if shot is not None and self._beams is not None:
+            ranges = RangeScan(float(shot[0]), shot[1:], self._beams)
+        return Sensed(radar, ranges)
+
+    def _newest(self, name: str, counter: int) -> Array | None:
+        """A copy of a ring's newest slot; None before the first."""
+        while True:
+            n = int(self._counters[counter])
+            if n == 0:
+                return None
+            slot: Array = self._view(name, np.float64, SCAN_SLOTS)[n % SCAN_SLOTS].copy()
+            if self._counters[counter] - n < SCAN_SLOTS - 1:
+                return slot
 
     def truth(self, after: int) -> tuple[int, tuple[TruthRecord, ...]]:
         """Records after number `after`, oldest first; those overwritten meanwhile are lost."""

@@ -10,6 +10,7 @@ import numpy as np
 from orchard_cli.model.arrays import Vector
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.records import TruthRecord
+from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.site import SiteOrigin
 from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
 from orchard_cli.model.world import World
@@ -51,6 +52,7 @@ class LockstepSimulator:
         self.vehicle = LockstepVehicle(self._run.autopilot, ground_site)
         self.camera = LockstepCamera(self._run.camera) if self._run.camera else None
         self.truth = LockstepTruth()
+        self.sensors = LockstepSensors()
         self.clock = LockstepClock(self)
 
     @property
@@ -61,12 +63,14 @@ class LockstepSimulator:
     def step(self) -> None:
         """Advance by one tick."""
         self.vehicle.before()
-        truth, frame = self._run.step()
+        due = self._run.step()
         self.vehicle.after()
-        if truth is not None:
-            self.truth.records.append(truth)
-        if frame is not None and self.camera is not None:
-            self.camera.frame = frame
+        if due.truth is not None:
+            self.truth.records.append(due.truth)
+        if due.frame is not None and self.camera is not None:
+            self.camera.frame = due.frame
+        for scan in due.scans:
+            self.sensors.sensed = self.sensors.sensed.after(scan)
 
 
 class LockstepClock:
@@ -222,6 +226,17 @@ class LockstepCamera:
 
     def close(self) -> None:
         """Nothing to let go of."""
+
+
+class LockstepSensors:
+    """Newest scans."""
+
+    def __init__(self) -> None:
+        self.sensed = Sensed()
+
+    def newest(self) -> Sensed:
+        """The newest scan of each sensor."""
+        return self.sensed
 
 
 class LockstepTruth:

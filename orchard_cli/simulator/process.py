@@ -12,13 +12,14 @@ from multiprocessing.process import BaseProcess
 from orchard_cli.errors import LinkError
 from orchard_cli.model.depth import DepthCamera, DepthFrame, d455
 from orchard_cli.model.records import TruthRecord
+from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.site import SiteOrigin
 from orchard_cli.model.world import World
 
 from .autopilot import TICK
 from .board import Board
 from .mavlink import Endpoint, UdpLink
-from .run import Run
+from .run import Run, mounted
 from .settings import SimulatorSettings
 
 HOST = "127.0.0.1"
@@ -26,6 +27,7 @@ SLIP = 0.05  # s of real time that may be caught up; what is later than that is 
 LOOK_EVERY = 25  # ticks between looks at whether the starter still lives
 START_PATIENCE = 120.0  # s: compiling the kernels on a slow machine
 CLOSE_PATIENCE = 2.0  # s
+WARM_UP = 15  # ticks: every sensor has looked at least once
 
 
 class SimulatorProcess:
@@ -40,6 +42,7 @@ class SimulatorProcess:
         self.clock = SimulatedClock(board, process, factor)
         self.camera = SimulatedCamera(board) if board.camera else None
         self.truth = SimulatedTruth(board)
+        self.sensors = SimulatedSensors(board)
 
     @classmethod
     def start(
@@ -54,7 +57,8 @@ class SimulatorProcess:
         settings = settings or SimulatorSettings()
         port = settings.port or _free_port()
         context = multiprocessing.get_context("spawn")
-        board = Board(context, d455(*settings.camera) if settings.camera else None)
+        camera = d455(*settings.camera) if settings.camera else None
+        board = Board(context, camera, mounted(settings))
         pipe, far = context.Pipe()
         process = context.Process(
             target=_main,
@@ -143,6 +147,17 @@ class SimulatedCamera:
         """Nothing to let go of."""
 
 
+class SimulatedSensors:
+    """Newest scans of the simulated radar and lasers."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+
+    def newest(self) -> Sensed:
+        """The newest scan of each sensor."""
+        return self._board.sensed()
+
+
 class SimulatedTruth:
     """Where the vehicle really was, at 50 Hz."""
 
@@ -189,12 +204,14 @@ def _main(
         pace.wait(tick * TICK)
         for message in link.receive():
             link.send(endpoint.handle(message))
-        truth, frame = run.step()
+        due = run.step()
         board.set_clock(run.time)
-        if truth is not None:
-            board.put_truth(truth)
-        if frame is not None:
-            board.put_frame(frame)
+        if due.truth is not None:
+            board.put_truth(due.truth)
+        if due.frame is not None:
+            board.put_frame(due.frame)
+        for scan in due.scans:
+            board.put_scan(scan)
         link.send(endpoint.tick())
         if tick % LOOK_EVERY == 0:
             board.set_achieved(pace.achieved(run.time))
@@ -204,8 +221,10 @@ def _main(
 
 def _warm_up(run: Run) -> None:
     """Compile or load every kernel before the clock starts: fly and look once."""
-    while run.step()[1] is None and run.camera is not None:
-        pass
+    ticks, frame = 0, None
+    while ticks < WARM_UP or (frame is None and run.camera is not None):
+        frame = run.step().frame or frame
+        ticks += 1
 
 
 class _Pace:

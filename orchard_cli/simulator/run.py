@@ -3,16 +3,44 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 
 from orchard_cli.model.depth import DepthCamera, DepthFrame, d455
 from orchard_cli.model.records import TruthRecord
+from orchard_cli.model.sensors import (
+    Beams,
+    Radar,
+    RadarScan,
+    RangeScan,
+    SensorScan,
+    corner_lasers,
+    plant_protection_radar,
+)
 from orchard_cli.model.world import World
 
 from .autopilot import TICK, Autopilot
+from .body import X500
 from .scene import Scene
+from .sensors import RadarModel, RangeModel
 from .settings import SimulatorSettings
 
 TRUTH_EVERY = 2  # ticks: 50 Hz; contact is looked for as often
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Due:
+    """What fell due in one tick."""
+
+    truth: TruthRecord | None
+    frame: DepthFrame | None
+    scans: tuple[SensorScan, ...] = ()
+
+
+def mounted(settings: SimulatorSettings) -> tuple[Radar | None, Beams | None]:
+    """The radar and the lasers on the vehicle, as far as they are asked for."""
+    arm = X500.arm
+    radar = plant_protection_radar(arm) if "radar" in settings.sensors else None
+    return radar, corner_lasers(arm) if "range" in settings.sensors else None
 
 
 class Run:
@@ -38,8 +66,11 @@ class Run:
             parameters=settings.parameters,
         )
         self.camera: DepthCamera | None = d455(*settings.camera) if settings.camera else None
+        radar, beams = mounted(settings)
+        self._radar = None if radar is None else RadarModel(self._scene, radar)
+        self._lasers = None if beams is None else RangeModel(self._scene, beams)
         self._frame_rate = settings.frame_rate
-        self._frames = 0
+        self._frames = self._sweeps = self._shots = 0
         self._ticks = 0
         self._contact = ""  # what was touched first; nothing is touched twice
 
@@ -48,16 +79,20 @@ class Run:
         """Simulated seconds since boot."""
         return self.autopilot.time
 
-    def step(self) -> tuple[TruthRecord | None, DepthFrame | None]:
-        """Fly one tick; the truth and the frame that fell due in it."""
+    def step(self) -> Due:
+        """Fly one tick; the truth, the frame and the scans that fell due in it."""
         self.autopilot.step()
         self._ticks += 1
         truth = None
         if self._ticks % TRUTH_EVERY == 0:
             self._touch()
             truth = self._truth()
-        due = self.camera is not None and self._ticks * TICK * self._frame_rate >= self._frames + 1
-        return truth, self._frame() if due else None
+        looks = self.camera is not None and self._is_due(self._frame_rate, self._frames)
+        scans = tuple(scan for scan in (self._sweep(), self._shoot()) if scan is not None)
+        return Due(truth, self._frame() if looks else None, scans)
+
+    def _is_due(self, rate: float, taken: int) -> bool:
+        return self._ticks * TICK * rate >= taken + 1
 
     def _touch(self) -> None:
         """What the airframe touches in the air breaks its rotors; the autopilot is not told."""
@@ -83,3 +118,19 @@ class Run:
             self.camera, body.position_site, body.site_from_body, self.time, self._frames
         )
         return DepthFrame(self.time, depth, self.camera)
+
+    def _sweep(self) -> RadarScan | None:
+        if self._radar is None or not self._is_due(self._radar.radar.rate, self._sweeps):
+            return None
+        self._sweeps += 1
+        body = self.autopilot.craft.body
+        return self._radar.scan(
+            body.position_site, body.velocity_site, body.site_from_body, self.time, self._sweeps
+        )
+
+    def _shoot(self) -> RangeScan | None:
+        if self._lasers is None or not self._is_due(self._lasers.beams.rate, self._shots):
+            return None
+        self._shots += 1
+        body = self.autopilot.craft.body
+        return self._lasers.scan(body.position_site, body.site_from_body, self.time, self._shots)

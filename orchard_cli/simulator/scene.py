@@ -47,8 +47,14 @@ class Scene:
     ) -> NDArray[np.float32]:
         """True depth (h, w) m along the optical axis of a camera on a body, infinite for sky."""
         painter = Painter.at(camera, position_site, site_from_body, FARTHEST)
+        return painter.paint(self.ground, self.solids(time))
+
+    def solids(self, time: float) -> Solids:
+        """Everything but the ground, with people where they walk at that time."""
+        if not self.world.people:
+            return self._still
         walkers = (Solids(capsules=person_capsule(one, time)) for one in self.world.people)
-        return painter.paint(self.ground, Solids.joined([self._still, *walkers]))
+        return Solids.joined([self._still, *walkers])
 
     def render(
         self,

@@ -18,6 +18,7 @@ class SimulatorSettings:
     autopilot_port: int = 14580  # UDP, where the autopilot listens; 0: any
     camera: tuple[int, int] | None = (424, 240)  # px, a mode of the D455; None: no camera
     frame_rate: float = 15.0  # Hz
+    sensors: frozenset[str] = frozenset()  # besides depth, of model/sensors.py SENSORS
     parameters: dict[str, float] = field(default_factory=dict)  # PX4's, changed from their defaults
     pack: Pack = field(default_factory=Pack)
 

@@ -201,6 +201,14 @@ def _noise(table: Table) -> SensorNoise:
         attitude=math.radians(
             table.number("attitude_deg", math.degrees(usual.attitude), 0.0, 45.0)
         ),
+        radar_range=table.number("radar_range_m", usual.radar_range, 0.0, 5.0),
+        radar_angle=math.radians(
+            table.number("radar_angle_deg", math.degrees(usual.radar_angle), 0.0, 20.0)
+        ),
+        radar_speed=table.number("radar_speed_m_s", usual.radar_speed, 0.0, 5.0),
+        radar_miss=table.number("radar_miss", usual.radar_miss, 0.0, 1.0),
+        radar_clutter=table.number("radar_clutter", usual.radar_clutter, 0.0, 50.0),
+        laser_range=table.number("laser_range_m", usual.laser_range, 0.0, 5.0),
     )
     table.refuse_unknown()
     return noise

@@ -24,6 +24,7 @@ class Ego:
     """
 
     name = "ego"
+    needs: frozenset[str] = frozenset()
 
     def __init__(self, settings: EgoSettings | None = None) -> None:
         self.settings = settings or EgoSettings()

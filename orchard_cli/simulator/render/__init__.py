@@ -1,6 +1,7 @@
-"""What a depth camera sees of a world: exact depth, then a stereo pair's errors."""
+"""What sensors see of a world: exact depth and ranges, then a stereo pair's errors."""
 
+from .beams import cast
 from .draw import Painter
 from .stereo import stereo_image
 
-__all__ = ["Painter", "stereo_image"]
+__all__ = ["Painter", "cast", "stereo_image"]
