@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,17 +30,17 @@ def spray(mission: Mission, phase: Phase, vehicle: VehicleState) -> Spray:
     if phase is not Phase.ROUTE:
         return Spray(False, None, f"no spray in {phase.value}")
     position, velocity = vehicle.position_site[:2], vehicle.velocity_site[:2]
-    for index, row in enumerate(mission.orchard.rows):
-        first, last = row.trunks_site[0], row.trunks_site[-1]
-        length = float(np.linalg.norm(last - first))
-        along = (last - first) / length
-        offset = position - first
-        s = float(offset @ along)
-        beside = float(abs(offset[0] * along[1] - offset[1] * along[0]))
-        if beside > LINE_TOLERANCE or not 0.0 <= s <= length:
-            continue
-        speed = abs(float(velocity @ along))
-        if abs(speed - mission.limits.speed) > SPEED_TOLERANCE * mission.limits.speed:
-            return Spray(False, index, "not at spray speed")
-        return Spray(True, index, "on the row")
+    for segment, line in mission.spray_lines:
+        for first, last in pairwise(line[:, :2]):
+            length = float(np.linalg.norm(last - first))
+            along = (last - first) / length
+            offset = position - first
+            s = float(offset @ along)
+            beside = float(abs(offset[0] * along[1] - offset[1] * along[0]))
+            if beside > LINE_TOLERANCE or not 0.0 <= s <= length:
+                continue
+            speed = float(velocity @ along)  # backwards is the way home, over what is done
+            if abs(speed - mission.limits.speed) > SPEED_TOLERANCE * mission.limits.speed:
+                return Spray(False, segment.row, "not at spray speed")
+            return Spray(True, segment.row, "on the row")
     return Spray(False, None, "off the rows")

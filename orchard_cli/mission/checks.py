@@ -254,6 +254,17 @@ def _segment_faults(mission: Mission) -> list[Fault]:
     faults = []
     if not whole or any(a >= b for a, b in zip(starts, ends, strict=True)):
         faults.append(Fault("segments", "leave a gap or overlap", "plan the mission again"))
+    reached = [s.until for s in segments]
+    moved = [s.until - before for s, before in zip(segments, [0, *reached], strict=False)]
+    if (
+        not reached
+        or reached[-1] != len(mission.waypoints_site) - 1
+        or any(
+            (step != 0) if s.leg is Leg.TRANSIT and k in (0, len(segments) - 1) else step < 1
+            for k, (s, step) in enumerate(zip(segments, moved, strict=True))
+        )
+    ):
+        faults.append(Fault("segments/until", "the waypoints are not reached one after another"))
     for k, s in enumerate(segments):
         known = s.row is not None and 0 <= s.row < len(mission.orchard.rows)
         if (s.leg is Leg.ROW) != (s.row is not None) or (s.row is not None and not known):

@@ -203,5 +203,5 @@ def _segments(
     segments = [Segment(Leg.TRANSIT, 0.0, times[0])]
     for k, (a, b) in enumerate(pairwise(times)):
         row = order[k // 2][0] if k % 2 == 0 else None
-        segments.append(Segment(Leg.HEADLAND if row is None else Leg.ROW, a, b, row))
-    return (*segments, Segment(Leg.TRANSIT, times[-1], end))
+        segments.append(Segment(Leg.HEADLAND if row is None else Leg.ROW, a, b, row, k + 1))
+    return (*segments, Segment(Leg.TRANSIT, times[-1], end, until=len(times) - 1))

@@ -40,7 +40,31 @@ class Segment:
     leg: Leg
     start: float  # s since the trajectory's start
     end: float  # s
-    row: int | None = None  # index into Orchard.rows
+    row: int | None = None  # index into Orchard.rows: the row that is treated
+    until: int = 0  # index of the waypoint that is reached at its end; transits reach none
+
+
+@dataclass(frozen=True, slots=True)
+class Tank:
+    """What is sprayed, and how much of it there is. One of flow and dose is given."""
+
+    capacity: float  # l that may be sprayed
+    flow: float | None = None  # l/s through all nozzles while the pump runs
+    dose: float | None = None  # l/m² on the ground, by a pump that follows the speed
+
+    def litres(self, seconds: float, metres: float, swath: float) -> float:
+        """What spraying `metres` of line takes, m wide `swath`, in `seconds`."""
+        if self.flow is not None:
+            return self.flow * seconds
+        return (self.dose or 0.0) * metres * swath
+
+
+@dataclass(frozen=True, slots=True)
+class Sortie:
+    """One of the flights that an orchard takes."""
+
+    number: int  # from 1
+    of: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +100,9 @@ class Mission:
     swath: float  # m, width treated by one pass
     energy_share: float  # of the battery, estimated from take-off to landing
     provenance: Provenance
+    tank: Tank | None = None  # None: the survey says nothing of it
+    liquid: float | None = None  # l, estimated; None without a tank
+    sortie: Sortie | None = None  # None: the whole orchard in one flight
 
     def __post_init__(self) -> None:
         for name, shape in (
@@ -92,6 +119,16 @@ class Mission:
         start = next(s.start for s in self.segments if s.leg is not Leg.TRANSIT)
         end = next(s.end for s in reversed(self.segments) if s.leg is not Leg.TRANSIT)
         return end - start
+
+    @property
+    def spray_lines(self) -> tuple[tuple[Segment, Points], ...]:
+        """Each stretch with the pump on, and its waypoints (k, 3) m, k >= 2, as flown."""
+        begins = [0, *(s.until for s in self.segments[:-1])]
+        return tuple(
+            (segment, self.waypoints_site[begin : segment.until + 1])
+            for segment, begin in zip(self.segments, begins, strict=True)
+            if segment.leg is Leg.ROW
+        )
 
     @property
     def takeoff_ground(self) -> float:

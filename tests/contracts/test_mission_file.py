@@ -156,7 +156,7 @@ def test_a_missing_file_says_so(tmp_path):
         ("[" * 100_000, "not JSON"),
         (b"\xff\xfe\x00", "UTF-8"),
         (b"\x80abc", "UTF-8"),
-        ('{"schema": "orchard-mission", "version": 2}', "this program reads 1"),
+        ('{"schema": "orchard-mission", "version": 3}', "this program reads 1 to 2"),
         ('{"schema": "orchard-mission", "schema": "orchard-mission"}', "twice"),
         (TEXT.replace("0.2,", "NaN,", 1), "NaN"),
         (TEXT.replace("0.2,", "1e999,", 1), ""),
@@ -250,3 +250,33 @@ def test_no_mutilated_mission_makes_loading_fail_in_another_way(data):
     cut = data.draw(st.integers(0, 40))
     with suppress(InputError):
         missions.loads(TEXT[:at] + put + TEXT[at + cut :])
+
+
+def test_a_file_of_version_1_is_read_as_the_mission_that_it_was():
+    """Version 1 did not say which waypoint a segment reaches."""
+    old = json.loads(TEXT)
+    old["version"] = 1
+    for segment in old["segments"]:
+        del segment["until"]
+    assert missions.dumps(missions.loads(json.dumps(old))) == TEXT
+
+
+@pytest.mark.parametrize("change", [1, -1, 100])
+def test_segments_reach_the_waypoints_one_after_another(change):
+    told = json.loads(TEXT)
+    told["segments"][2]["until"] += change
+    assert any("segments/until" in f.where for f in faults_of(json.dumps(told)))
+
+
+def test_a_tank_and_a_sortie_are_kept():
+    told = json.loads(TEXT)
+    told |= {"tank": {"capacity_l": 10, "flow_l_min": 1.7}, "liquid_l": 9.2}
+    told["sortie"] = {"number": 2, "of": 3}
+    mission = missions.loads(json.dumps(told))
+    assert mission.tank.flow == pytest.approx(1.7 / 60)
+    again = json.loads(missions.dumps(mission))
+    assert {key: again[key] for key in ("tank", "liquid_l", "sortie")} == {
+        "tank": {"capacity_l": 10, "flow_l_min": 1.7},
+        "liquid_l": 9.2,
+        "sortie": {"number": 2, "of": 3},
+    }

@@ -155,12 +155,14 @@ def test_a_pump_that_runs_off_its_row_is_seen(mission):
         dataclasses.replace(s, leg=Leg.ROW, row=0) if s.leg is Leg.HEADLAND else s
         for s in mission.segments
     )
-    found = broken(mission, segments=on_the_headland)["pump on, beside the row"]
-    assert found.about == "row 1"
+    assert "spray line along its row" in broken(mission, segments=on_the_headland)
     swapped = tuple(
         dataclasses.replace(s, row=1 - s.row) if s.row is not None else s for s in mission.segments
     )
-    assert "pump on, beside the row" in broken(mission, segments=swapped)
+    found = broken(mission, segments=swapped)["spray line at its row"]
+    assert found.figure == pytest.approx(6.0)
+    late = tuple(dataclasses.replace(s, until=max(s.until - 1, 0)) for s in mission.segments)
+    assert "pump on, beside the row" in broken(mission, segments=late)
 
 
 def test_a_trajectory_longer_than_the_battery_is_not_looked_at_closer(mission):
