@@ -16,6 +16,7 @@ from .bench import bench
 from .check import check
 from .demo import demo
 from .doctor import doctor
+from .export import export
 from .fly import fly
 from .plan import plan
 
@@ -29,6 +30,7 @@ app = typer.Typer(
 )
 app.command()(plan)
 app.command()(check)
+app.command()(export)
 app.command()(fly)
 app.command()(analyze)
 app.command()(demo)

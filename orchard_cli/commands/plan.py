@@ -13,6 +13,8 @@ import typer
 from orchard_cli import __version__
 from orchard_cli.errors import Fault, InputError
 
+from .export import chosen_format, write_export
+
 if TYPE_CHECKING:
     from orchard_cli.model.mission import Mission
 
@@ -23,6 +25,10 @@ def plan(
         Path | None,
         typer.Option("-o", "--output", help="Mission file. Default: beside the survey."),
     ] = None,
+    exports: Annotated[
+        list[Path] | None,
+        typer.Option("--export", help="Also write this file; its ending says how. Repeatable."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing.")] = False,
 ) -> None:
@@ -31,6 +37,8 @@ def plan(
     from orchard_cli import survey as surveys
     from orchard_cli.model.mission import Provenance
 
+    for path in exports or ():
+        chosen_format(path, None)  # a wrong ending is told before the work
     surveyed = surveys.load(survey)
     out = output or mission_path(survey)
     provenance = Provenance(
@@ -46,6 +54,8 @@ def plan(
             Fault(f"{survey.name}: {f.where}", f.what, f.mend) for f in error.faults
         ) from error
     missions.save(mission, out)
+    for path in exports or ():
+        write_export([mission], chosen_format(path, None), path)
     figures = summary(mission, missions.measured_corner_cut(mission), missions.notes(mission))
     if as_json:
         json.dump({**figures, "mission": str(out)}, sys.stdout)

@@ -8,6 +8,7 @@ import numpy as np
 
 from orchard_cli.model.arrays import Points, Vector
 from orchard_cli.motion.fit import rounded
+from orchard_cli.motion.straightening import straightened
 
 SPACING = 0.5  # m
 TOLERANCE = 0.2  # m: the way home may leave the flown one by this much
@@ -52,28 +53,3 @@ class Trail:
         with contextlib.suppress(ValueError):  # straight back on its own line: turn on the spot
             corners = rounded(corners, CORNER_CUT).points_site
         return corners
-
-
-def straightened(path: Points, tolerance: float) -> Points:
-    """The fewest of the points (n, 3) from which none is farther than `tolerance` m in space.
-
-    Ramer-Douglas-Peucker; the first and the last point stay.
-    """
-    keep = np.zeros(len(path), dtype=bool)
-    keep[[0, -1]] = True
-    spans = [(0, len(path) - 1)]
-    while spans:
-        first, last = spans.pop()
-        if last - first < 2:
-            continue
-        inner, chord = path[first + 1 : last] - path[first], path[last] - path[first]
-        length = float(chord @ chord)
-        share = np.clip(inner @ chord / length, 0.0, 1.0) if length > 0 else np.zeros(len(inner))
-        off = np.linalg.norm(inner - share[:, None] * chord, axis=1)
-        worst = int(np.argmax(off))
-        if off[worst] > tolerance:
-            middle = first + 1 + worst
-            keep[middle] = True
-            spans += [(first, middle), (middle, last)]
-    kept: Points = path[keep]
-    return kept

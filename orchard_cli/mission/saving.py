@@ -11,7 +11,8 @@ from orchard_cli.errors import Fault, InputError
 from orchard_cli.model.input_text import read_bounded
 from orchard_cli.model.mission import Mission
 
-from .files import LARGEST, SCHEMA, dumps
+from .documents import SCHEMA
+from .files import LARGEST, dumps
 
 _ANOTHER = "choose another with -o"
 
@@ -25,7 +26,7 @@ def save(mission: Mission, path: Path) -> None:
         target = path.resolve()
         if os.path.lexists(target):
             _refuse_what_is_no_mission(target, str(path))
-        _write(dumps(mission), target)
+        write(dumps(mission).encode(), target)
     except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(Fault(str(path), f"cannot be written: {reason}", _ANOTHER)) from error
@@ -45,12 +46,13 @@ def _refuse_what_is_no_mission(target: Path, where: str) -> None:
         )
 
 
-def _write(text: str, target: Path) -> None:
+def write(data: bytes, target: Path) -> None:
+    """Write a file all or nothing. Raises OSError."""
     with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", dir=target.parent, prefix=f".{target.name}.", delete=False
+        "wb", dir=target.parent, prefix=f".{target.name}.", delete=False
     ) as file:
         try:
-            file.write(text)
+            file.write(data)
             file.flush()
             os.fsync(file.fileno())
             os.chmod(file.name, 0o644)

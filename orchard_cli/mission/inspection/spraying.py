@@ -51,11 +51,10 @@ def _named_rows(mission: Mission) -> list[Finding]:
             off.append((np.inf, f"there is no row {segment.row}"))
             continue
         away = shapely.distance(lines, shapely.Point(points[:, :2].mean(axis=0)))
-        way, planted = (
-            np.ptp(points[[0, -1], :2], axis=0),
-            np.ptp(rows[segment.row][[0, -1]], axis=0),
-        )
-        turn = abs(float(np.arctan2(*way[::-1]) - np.arctan2(*planted[::-1])))
+        way = points[-1, :2] - points[0, :2]
+        planted = rows[segment.row][-1] - rows[segment.row][0]
+        cross = way[0] * planted[1] - way[1] * planted[0]
+        turn = abs(float(np.arctan2(cross, abs(way @ planted))))
         about = f"row {segment.row + 1}"
         off.append((float(away[segment.row] - away.min()), about))
         askew.append((turn, about))
