@@ -1,6 +1,7 @@
-"""Log -> metrics, coverage, comparison, picture."""
+"""Log -> metrics, coverage, comparison, picture, page."""
 
 from .figures import Avoidance, Clearances, Metrics, Unknown
+from .flight import Flight, names
 from .metrics import measure
 
-__all__ = ["Avoidance", "Clearances", "Metrics", "Unknown", "measure"]
+__all__ = ["Avoidance", "Clearances", "Flight", "Metrics", "Unknown", "measure", "names"]

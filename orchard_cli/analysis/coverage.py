@@ -28,6 +28,40 @@ class Coverage:
     missed_strip_m: float  # longest stretch of a planned spray line that was not sprayed
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Areas:
+    """What the ground got, as polygons in the site frame, m."""
+
+    planned: BaseGeometry  # the strips of all rows that the mission sprays: A_CI
+    treated: BaseGeometry  # everything that was sprayed: A
+    doubled: BaseGeometry  # sprayed at least twice
+    sprayed_area: float  # m², of all strips, each counted whole
+
+    @property
+    def missed(self) -> BaseGeometry:
+        """Planned and not sprayed."""
+        return self.planned.difference(self.treated)
+
+
+def areas(lines: Sequence[Points], flown: Sequence[Points], swath: float) -> Areas:
+    """Planned spray lines and lines flown with the pump on, as strips; each (n, 2) m, n >= 2."""
+    ideal = shapely.union_all([_strip(shapely.LineString(line), swath) for line in lines])
+    strips = [_strip(shapely.LineString(line), swath) for line in flown]
+    tree = shapely.STRtree(strips)
+    pairs = [
+        strip.intersection(strips[other])
+        for i, strip in enumerate(strips)
+        for other in tree.query(strip)
+        if other > i
+    ]
+    return Areas(
+        planned=ideal,
+        treated=shapely.union_all(strips) if strips else shapely.Polygon(),
+        doubled=shapely.union_all(pairs) if pairs else shapely.Polygon(),
+        sprayed_area=sum(strip.area for strip in strips),
+    )
+
+
 def coverage(log: FlownLog, mission: Mission) -> Coverage | Unknown:
     """Compare the strips flown with the pump on with the strips that the mission plans."""
     lines = planned_lines(mission)
@@ -40,12 +74,11 @@ def coverage(log: FlownLog, mission: Mission) -> Coverage | Unknown:
 
 def compare(lines: Sequence[Points], flown: Sequence[Points], swath: float) -> Coverage:
     """Planned spray lines against lines flown with the pump on; each (n, 2) m, n >= 2."""
+    found = areas(lines, flown, swath)
+    ideal, treated = found.planned, found.treated
     plans = [shapely.LineString(line) for line in lines]
-    ideal = shapely.union_all([_strip(line, swath) for line in plans])
-    strips = [_strip(shapely.LineString(line), swath) for line in flown]
-    treated = shapely.union_all(strips) if strips else shapely.Polygon()
     missed = [part.length for line in plans for part in _parts(line.difference(treated))]
-    twice = max(0.0, sum(strip.area for strip in strips) - treated.area)
+    twice = max(0.0, found.sprayed_area - treated.area)
     return Coverage(
         percent=100.0 * ideal.intersection(treated).area / ideal.area,
         overlap_percent=100.0 * twice / treated.area if treated.area > 0 else 0.0,

@@ -17,25 +17,15 @@ from matplotlib.figure import Figure as Sheet
 from matplotlib.patches import Circle
 
 from orchard_cli.errors import Fault, InputError
-from orchard_cli.model.flown import FlownLog
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.world import Pole
 
 from . import signals
-from .figures import Metrics
+from .flight import Flight, names
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 _GREEN, _GREY, _INK = "#C9DDBF", "#8A8A8A", "#222222"
 _TREE_RADIUS = 1.0  # m: surveys measure no canopy width, so trees are drawn as discs of this size
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
-    """One flight to draw."""
-
-    name: str
-    log: FlownLog
-    metrics: Metrics
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +57,13 @@ def draw(mission: Mission, flights: Sequence[Flight], poles: Sequence[Pole] = ()
     curves = [sheet.add_subplot(grid[0, 1])]
     curves += [sheet.add_subplot(grid[i, 1], sharex=curves[0]) for i in range(1, 5)]
     _orchard(above, mission, poles)
+    labels = [
+        name if name == flight.log.system else f"{name}: {flight.log.file}"
+        for name, flight in zip(names(flights), flights, strict=True)
+    ]
     for i, flight in enumerate(flights):  # the first is widest, so that the others do not hide it
         pen = _Pen(COLOURS[i % len(COLOURS)], max(1.0, 2.4 - 0.7 * i) if len(flights) > 1 else 1.6)
-        _route(above, flight, pen)
+        _route(above, flight, labels[i], pen)
         _curves(curves, flight, pen)
     if len(flights) == 1:
         _shade(curves, flights[0])
@@ -95,9 +89,9 @@ def _orchard(axes: Axes, mission: Mission, poles: Sequence[Pole]) -> None:
     axes.plot(x, y, "o", color=_GREY, markersize=3, zorder=2)
 
 
-def _route(axes: Axes, flight: Flight, pen: _Pen) -> None:
+def _route(axes: Axes, flight: Flight, label: str, pen: _Pen) -> None:
     x, y, _ = flight.log.odometry.positions_site.T
-    axes.plot(x, y, color=pen.colour, linewidth=pen.width, zorder=3, label=flight.name)
+    axes.plot(x, y, color=pen.colour, linewidth=pen.width, zorder=3, label=label)
     for number, avoidance in enumerate(flight.metrics.avoidances, 1):
         axes.annotate(
             str(number),
@@ -127,7 +121,7 @@ def _curves(curves: Sequence[Axes], flight: Flight, pen: _Pen) -> None:
     track = flight.log.odometry
     if not len(track.times):
         return
-    begin = _begin(flight)
+    begin = flight.begin
     style: dict[str, Any] = {"color": pen.colour, "linewidth": 0.75 * pen.width}
     height, *speeds, turn = curves
     height.plot(track.times - begin, track.positions_site[:, 2], **style)
@@ -137,15 +131,9 @@ def _curves(curves: Sequence[Axes], flight: Flight, pen: _Pen) -> None:
     turn.plot(times - begin, rates, **style)
 
 
-def _begin(flight: Flight) -> float:
-    """Time 0: the first waypoint; of a flight that never reached it, the log's beginning."""
-    start = flight.metrics.start
-    return float(flight.log.odometry.times[0]) if start is None else start
-
-
 def _shade(curves: Sequence[Axes], flight: Flight) -> None:
     for avoidance in flight.metrics.avoidances:
-        begin, end = avoidance.start - _begin(flight), avoidance.end - _begin(flight)
+        begin, end = avoidance.start - flight.begin, avoidance.end - flight.begin
         for i, axes in enumerate(curves):
             label = "avoidance" if i == 0 and avoidance is flight.metrics.avoidances[0] else None
             axes.axvspan(begin, end, color="#EEE3C8", linewidth=0, zorder=0, label=label)

@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from orchard_cli.analysis import Unknown
+from orchard_cli.analysis import Flight, Unknown, names
 from orchard_cli.analysis.comparison import Cell, comparison, latencies
 from orchard_cli.analysis.paper import Published
 
-from .analyze import Analyzed, names
 
-
-def show(results: Sequence[Analyzed], published: Sequence[Published]) -> None:
+def show(results: Sequence[Flight], published: Sequence[Published]) -> None:
     """Metrics side by side, then each flight's verdicts, latencies and notes, on stdout."""
     console = Console()
     for table in _metrics(results, published, console.width):
@@ -32,9 +30,7 @@ def show(results: Sequence[Analyzed], published: Sequence[Published]) -> None:
             console.print(f"  {note}", style="dim", highlight=False)
 
 
-def _metrics(
-    results: Sequence[Analyzed], published: Sequence[Published], width: int
-) -> list[Table]:
+def _metrics(results: Sequence[Flight], published: Sequence[Published], width: int) -> list[Table]:
     """All columns in as many tables, one below the other, as the width asks for."""
     rows = comparison([result.metrics for result in results], published)
     first = ["metric", *(row.metric for row in rows)]
@@ -76,7 +72,7 @@ def _number(value: float) -> str:
     return f"{value}" if isinstance(value, int) else f"{value:.3f}"
 
 
-def _verdicts(name: str, result: Analyzed) -> Table:
+def _verdicts(name: str, result: Flight) -> Table:
     table = Table(title=f"Verdicts: {name}", title_justify="left", box=None, pad_edge=False)
     for column in ("", "rule"):
         table.add_column(column)
@@ -90,7 +86,7 @@ def _verdicts(name: str, result: Analyzed) -> Table:
     return table
 
 
-def _latencies(name: str, result: Analyzed) -> Table:
+def _latencies(name: str, result: Flight) -> Table:
     table = Table(title=f"Onboard cycle: {name}", title_justify="left", box=None, pad_edge=False)
     table.add_column("stage")
     for column in ("median ms", "p99 ms", "max ms"):
@@ -100,7 +96,7 @@ def _latencies(name: str, result: Analyzed) -> Table:
     return table
 
 
-def _notes(console: Console, name: str, result: Analyzed) -> None:
+def _notes(console: Console, name: str, result: Flight) -> None:
     figures = result.metrics.figures
     reasons: dict[str, list[str]] = {}
     for metric, figure in figures.items():

@@ -28,7 +28,9 @@ def demo(
     """Plan the paper's lemon orchard, fly it in the simulator over MAVSDK, and measure the log."""
     from orchard_cli import mission as missions
 
-    from .analyze import document, draw, measured, published
+    from .analyze import draw, published
+    from .analyze_document import document
+    from .analyze_logs import measured
     from .camera_options import camera_mode
     from .fly import demand_as_planned, fly_mission
     from .plan import plan

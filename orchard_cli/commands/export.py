@@ -105,14 +105,14 @@ def write_export(plans: list[Mission], form: Format, output: Path, pump: Pump | 
     Raises InputError where it cannot be written, and where something stands that was no export.
     """
     from orchard_cli.mission.exports import export as exported
-    from orchard_cli.mission.saving import write
+    from orchard_cli.model.output_file import replace
 
     data = exported(plans, form, pump)
     try:
         target = output.resolve()
         if os.path.lexists(target):
             _refuse_what_is_not_ours(target, str(output), form)
-        write(data, target)
+        replace(target, data)
     except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(Fault(str(output), f"cannot be written: {reason}")) from error

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from pathlib import Path
 
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.model.input_text import read_bounded
 from orchard_cli.model.mission import Mission
+from orchard_cli.model.output_file import replace
 
 from .documents import SCHEMA
 from .files import LARGEST, dumps
@@ -26,7 +26,7 @@ def save(mission: Mission, path: Path) -> None:
         target = path.resolve()
         if os.path.lexists(target):
             _refuse_what_is_no_mission(target, str(path))
-        write(dumps(mission).encode(), target)
+        replace(target, dumps(mission))
     except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(Fault(str(path), f"cannot be written: {reason}", _ANOTHER)) from error
@@ -44,19 +44,3 @@ def _refuse_what_is_no_mission(target: Path, where: str) -> None:
         raise InputError(
             Fault(where, "is there already and is no mission", f"move it away, or {_ANOTHER}")
         )
-
-
-def write(data: bytes, target: Path) -> None:
-    """Write a file all or nothing. Raises OSError."""
-    with tempfile.NamedTemporaryFile(
-        "wb", dir=target.parent, prefix=f".{target.name}.", delete=False
-    ) as file:
-        try:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-            os.chmod(file.name, 0o644)
-            os.replace(file.name, target)
-        except BaseException:
-            os.unlink(file.name)
-            raise
