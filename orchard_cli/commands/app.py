@@ -19,6 +19,7 @@ from .doctor import doctor
 from .export import export
 from .fly import fly
 from .plan import plan
+from .survey import survey_app
 
 app = typer.Typer(
     name="orchard",
@@ -36,6 +37,7 @@ app.command()(analyze)
 app.command()(demo)
 app.command()(bench)
 app.command()(doctor)
+app.add_typer(survey_app, name="survey")
 
 
 def _version(wanted: bool) -> None:

@@ -13,6 +13,7 @@ import typer
 from orchard_cli import __version__
 from orchard_cli.errors import Fault, InputError
 
+from . import survey_input
 from .export import chosen_format, write_export
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def plan(
-    survey: Annotated[Path, typer.Argument(help="Survey file, TOML or CSV.")],
+    survey: survey_input.SurveyFile,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Mission file. Default: beside the survey."),
@@ -29,6 +30,14 @@ def plan(
         list[Path] | None,
         typer.Option("--export", help="Also write this file; its ending says how. Repeatable."),
     ] = None,
+    tree_height: survey_input.TreeHeight = None,
+    tree_gap: survey_input.TreeGap = None,
+    ground_height: survey_input.GroundHeight = None,
+    heading: survey_input.Heading = None,
+    flight_height: survey_input.FlightHeight = None,
+    block: survey_input.Block = None,
+    settings: survey_input.Settings = None,
+    yes: survey_input.Yes = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing.")] = False,
 ) -> None:
@@ -39,7 +48,11 @@ def plan(
 
     for path in exports or ():
         chosen_format(path, None)  # a wrong ending is told before the work
-    surveyed = surveys.load(survey)
+    options = survey_input.given_from(
+        tree_height, tree_gap, ground_height, heading, flight_height, block, settings
+    )
+    surveyed = surveys.load(survey, options)
+    survey_input.confirm(surveyed, yes, quiet or as_json)
     out = output or mission_path(survey)
     provenance = Provenance(
         survey=surveyed.file,

@@ -13,6 +13,9 @@ Array = NDArray[np.float64]
 Points = NDArray[np.float64]
 """(n, 2) or (n, 3) positions, metres."""
 
+Indices = NDArray[np.integer[Any]]
+"""(n,) whole numbers: places in another array, or labels."""
+
 Vector = NDArray[np.float64]
 """(2,), (3,) or (4,)."""
 

@@ -1,5 +1,7 @@
 """Survey files -> Orchard and the crew's wishes."""
 
-from .load import Survey, load, parse
+from .given import Given
+from .load import Form, Survey, load, parse
+from .writing import save, text_of
 
-__all__ = ["Survey", "load", "parse"]
+__all__ = ["Form", "Given", "Survey", "load", "parse", "save", "text_of"]

@@ -56,7 +56,7 @@ class Table:
             return []
         values = self._values[key]
         if not isinstance(values, list) or not values:
-            self.fault(key, f"is {_shown(values)}", "give a list of numbers, like [3.0, 3.2]")
+            self.fault(key, f"is {shown(values)}", "give a list of numbers, like [3.0, 3.2]")
             return []
         if len(values) > most:
             self.fault(key, f"has {len(values)} numbers", f"at most {most} are read")
@@ -87,14 +87,16 @@ class Table:
             return None
         return self._point(self._values[key], key)
 
-    def points(self, key: str, most: int = 10_000) -> list[list[float]]:
-        """A required list of at least three [x, y], m."""
+    def points(
+        self, key: str, least: int = 3, most: int = 10_000, what: str = "polygon"
+    ) -> list[list[float]]:
+        """A required list of `least` to `most` [x, y], m; `what` names it in faults."""
         if not self._has(key, required=True):
             return []
         values = self._values[key]
-        if not isinstance(values, list) or not 3 <= len(values) <= most:
+        if not isinstance(values, list) or not least <= len(values) <= most:
             self.fault(
-                key, "is no polygon", f"give 3 to {most} corners, like [[0, 0], [9, 0], ...]"
+                key, f"is no {what}", f"give {least} to {most} points, like [[0, 0], [9, 0], ...]"
             )
             return []
         return [self._point(value, f"{key}[{k}]") for k, value in enumerate(values, 1)]
@@ -106,7 +108,7 @@ class Table:
         names = [item.value for item in kind]
         value = self._values[key]
         if value not in names:
-            self.fault(key, f"is {_shown(value)}", "use " + " or ".join(f'"{n}"' for n in names))
+            self.fault(key, f"is {shown(value)}", "use " + " or ".join(f'"{n}"' for n in names))
             return default
         return kind(value)
 
@@ -116,10 +118,10 @@ class Table:
             return default
         value = self._values[key]
         if not isinstance(value, str) or not 0 < len(value) <= 200:
-            self.fault(key, f"is {_shown(value)}", "give a text of 1 to 200 characters")
+            self.fault(key, f"is {shown(value)}", "give a text of 1 to 200 characters")
             return default
         if not value.translate(_WIDE_SPACES).isprintable():
-            self.fault(key, f"is {_shown(value)}", "leave out control characters")
+            self.fault(key, f"is {shown(value)}", "leave out control characters")
             return default
         return value
 
@@ -134,7 +136,7 @@ class Table:
             return Table({}, f"{self.where}: {key}", [])
         values = self._values[key] if found else {}
         if not isinstance(values, dict):
-            self.fault(key, f"is {_shown(values)}", f"write it as a table, [{key}]")
+            self.fault(key, f"is {shown(values)}", f"write it as a table, [{key}]")
             values = {}
         return Table(values, f"{self.where}: {key}", self.faults)
 
@@ -157,7 +159,7 @@ class Table:
             if key not in self._known:
                 near = difflib.get_close_matches(key, self._known, 1, 0.5)
                 mend = f"did you mean {near[0]}?" if near else f"known: {', '.join(self._known)}"
-                self.fault(_shown(key).strip("'"), "is not known here", mend)
+                self.fault(shown(key).strip("'"), "is not known here", mend)
 
     def _has(self, key: str, required: bool) -> bool:
         self._known.append(key)
@@ -167,22 +169,22 @@ class Table:
 
     def _checked(self, value: Any, key: str, low: float, high: float, above_low: bool) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            self.fault(key, f"is {_shown(value)}, not a number", "give a number, like 3.5")
+            self.fault(key, f"is {shown(value)}, not a number", "give a number, like 3.5")
             return math.nan
         if low <= value <= high and not (above_low and value == low):
             return float(value)
         more = "more than " if above_low else ""
-        self.fault(key, f"is {_shown(value)}", f"give {more}{low:g} to {high:g}")
+        self.fault(key, f"is {shown(value)}", f"give {more}{low:g} to {high:g}")
         return math.nan
 
     def _point(self, value: Any, key: str) -> list[float]:
         if not isinstance(value, list) or len(value) != 2:
-            self.fault(key, f"is {_shown(value)}", "give [x, y] in metres, like [4.0, 0.0]")
+            self.fault(key, f"is {shown(value)}", "give [x, y] in metres, like [4.0, 0.0]")
             return [math.nan, math.nan]
         return [self._checked(v, f"{key}[{k}]", -1e4, 1e4, False) for k, v in enumerate(value, 1)]
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
     """A value as a fault names it, never long."""
     try:
         text = repr(value)

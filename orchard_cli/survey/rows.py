@@ -26,6 +26,7 @@ class TapedRow:
     gaps: Sequence[float]  # m between neighbours
     heights: Sequence[float]  # m, one a tree
     ground: Sequence[float]  # m above the origin's ground, one a tree
+    trunks: Points | None = None  # (n, 2) m; where places were measured instead of distances
 
 
 def lay_out(taped: Sequence[TapedRow]) -> list[Points]:
@@ -33,15 +34,23 @@ def lay_out(taped: Sequence[TapedRow]) -> list[Points]:
     laid: list[Points] = []
     height_at, slope = 0.0, 0.0  # the row before, as the line y = height_at + slope x
     for row in taped:
-        along = np.concatenate([[0.0], np.cumsum(row.gaps)])
-        near = height_at + slope * row.start + row.distance
-        far = height_at + slope * (row.start + along[-1]) + row.far_distance
-        way = np.array([along[-1], far - near])
-        way /= max(float(np.hypot(*way)), 1e-9)
-        laid.append(np.array([row.start, near]) + along[:, None] * way)
+        trunks = _taped_trunks(row, height_at, slope) if row.trunks is None else row.trunks
+        laid.append(trunks)
+        way = trunks[-1] - trunks[0]
         slope = way[1] / way[0] if way[0] > 1e-9 else np.nan
-        height_at = near - slope * row.start
+        height_at = trunks[0, 1] - slope * trunks[0, 0]
     return laid
+
+
+def _taped_trunks(row: TapedRow, height_at: float, slope: float) -> Points:
+    """Trunks (n, 2) m of a row beside the line y = height_at + slope x."""
+    along = np.concatenate([[0.0], np.cumsum(row.gaps)])
+    near = height_at + slope * row.start + row.distance
+    far = height_at + slope * (row.start + along[-1]) + row.far_distance
+    way = np.array([along[-1], far - near])
+    way /= max(float(np.hypot(*way)), 1e-9)
+    trunks: Points = np.array([row.start, near]) + along[:, None] * way
+    return trunks
 
 
 def crossings(taped: Sequence[TapedRow], laid: Sequence[Points]) -> list[Fault]:

@@ -105,13 +105,14 @@ def read_rows(lines: list[Line], file: str, faults: list[Fault]) -> list[TapedRo
             Fault(
                 where,
                 f"no column {', '.join(missing)}",
-                "begin the sheet with row,distance_m,start_m,gap_m,tree_height_m",
+                "begin the sheet with row,distance_m,start_m,gap_m,tree_height_m, or, for "
+                "positions, with latitude,longitude or x_m,y_m",
             )
         )
         return []
     rows: list[TapedRow] = []
     for number, cells in lines[1:]:
-        table = Table(_values(columns, cells), f"{file}: line {number}", faults)
+        table = Table(values(columns, cells), f"{file}: line {number}", faults)
         if len(cells) > len(columns):
             table.fault("", f"has {len(cells)} cells for {len(columns)} columns", "remove some")
         row = table.number("row", 1, MOST_ROWS)
@@ -156,17 +157,32 @@ def _continue(table: Table, row: TapedRow) -> None:
             values.append(value)
 
 
+def tables_of(rows: list[TapedRow]) -> list[dict[str, Any]]:
+    """The rows as [[row]] tables say them."""
+    return [
+        {
+            **({"distance_m": row.distance} if k else {}),
+            **({"far_distance_m": row.far_distance} if row.far_distance != row.distance else {}),
+            **({"start_m": row.start} if k else {}),
+            "gaps_m": list(row.gaps),
+            "tree_height_m": list(row.heights),
+            **({"ground_m": list(row.ground)} if any(row.ground) else {}),
+        }
+        for k, row in enumerate(rows)
+    ]
+
+
 def _tree(table: Table) -> tuple[float, float]:
     return table.number("tree_height_m", 0.2, 60), table.number("ground_m", -500, 500, 0.0)
 
 
-def _values(columns: list[str], cells: list[str]) -> dict[str, Any]:
+def values(columns: list[str], cells: list[str]) -> dict[str, Any]:
     """Cells by column, empty ones left out, numbers as numbers."""
-    values: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     for name, cell in zip(columns, cells, strict=False):
         if cell:
             try:
-                values[name] = float(cell)
+                found[name] = float(cell)
             except ValueError:
-                values[name] = cell
-    return values
+                found[name] = cell
+    return found

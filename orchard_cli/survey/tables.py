@@ -28,6 +28,10 @@ gaps_m = [3.0, 2.8, 3.1]     # between neighbouring trees
 tree_height_m = 2.3          # or a list, one a tree
 ground_m = 0.0               # above the ground at the origin; or a list, one a tree
 
+[[row]]                      # or, instead of distances, gaps and start: where its trees stand
+trunks_m = [[0.4, 12.1], [3.5, 12.2]]
+tree_height_m = 2.3
+
 [[obstacle]]                 # what the crew knows of: poles, masts
 name = "pole"
 x_m = 19.0
@@ -50,6 +54,7 @@ import numpy as np
 import shapely
 
 from orchard_cli.errors import Fault
+from orchard_cli.model.arrays import Points
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.site import HeightReference, KnownObstacle, SiteOrigin
 from orchard_cli.model.wishes import FlightWishes, HeightAbove, StartRow, StartSide
@@ -123,6 +128,9 @@ def read_rows(tables: list[Table]) -> list[TapedRow]:
     """[[row]], in planting order."""
     rows = []
     for k, table in enumerate(tables):
+        if "trunks_m" in table:
+            rows.append(_placed_row(table, first=k == 0))
+            continue
         gaps = table.numbers("gaps_m", 0.1, 200, MOST_TREES - 1)
         trees = len(gaps) + 1 if gaps else 0
         distance, far = read_distances(table, first=k == 0)
@@ -139,6 +147,41 @@ def read_rows(tables: list[Table]) -> list[TapedRow]:
         )
         table.done()
     return rows
+
+
+def _placed_row(table: Table, first: bool) -> TapedRow:
+    """A row whose trees were placed by their coordinates."""
+    points = table.points("trunks_m", 2, MOST_TREES, "row")
+    trunks = np.array(points).reshape(-1, 2) if points else np.full((2, 2), math.nan)
+    if np.isfinite(trunks).all():
+        _check_places(table, trunks, first)
+    row = TapedRow(
+        where=table.where,
+        distance=0.0,
+        far_distance=0.0,
+        start=float(trunks[0, 0]),
+        gaps=np.hypot(*np.diff(trunks, axis=0).T).tolist(),
+        heights=table.one_or_many("tree_height_m", 0.2, 60, len(points)),
+        ground=table.one_or_many("ground_m", -500, 500, len(points), default=0.0),
+        trunks=trunks,
+    )
+    table.done()
+    return row
+
+
+def _check_places(table: Table, trunks: Points, first: bool) -> None:
+    """The origin is the first tree of the first row, and trees stand in the row's order."""
+    if first and np.abs(trunks[0]).max() > 1e-3:
+        table.fault("trunks_m[1]", f"is {trunks[0].tolist()}", "the first tree is the origin, 0, 0")
+    way = trunks[-1] - trunks[0]
+    back = np.flatnonzero(np.diff(trunks @ way) <= 0)
+    if len(back):
+        at = int(back[0]) + 2
+        table.fault(
+            f"trunks_m[{at}]", "lies behind the tree before", "list the trees as they stand"
+        )
+    elif way[0] <= 0:
+        table.fault("trunks_m", "runs against +x", "list its trees the other way round")
 
 
 def read_distances(table: Table, first: bool) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from orchard_cli import survey
 from orchard_cli.errors import InputError
 from orchard_cli.model.site import HeightReference
 from orchard_cli.model.wishes import HeightAbove, StartRow, StartSide
+from orchard_cli.survey import Form
 
 GOOD = """
 [site]
@@ -64,7 +65,7 @@ row,distance_m,start_m,gap_m,tree_height_m,ground_m
 def faults_of(text, csv=False):
     data = text if isinstance(text, bytes) else text.encode()
     with pytest.raises(InputError) as caught:
-        survey.parse(data, "f.csv" if csv else "f.toml", csv=csv)
+        survey.parse(data, "f.csv" if csv else "f.toml", Form.SHEET if csv else Form.TOML)
     return caught.value.faults
 
 
@@ -167,7 +168,7 @@ points_m = [[11, 2], [13, 2], [13, 4], [11, 5]]
 def test_a_sheet_tells_the_same_orchard_as_toml(separator, decimal):
     head, body = SHEET.split("row,", 1)
     body = ("row," + body).replace(",", "|").replace(".", decimal).replace("|", separator)
-    sheet = survey.parse((head + body).encode(), "f.csv", csv=True).orchard
+    sheet = survey.parse((head + body).encode(), "f.csv", form=Form.SHEET).orchard
     toml = survey.parse(GOOD.encode(), "f.toml").orchard
     assert sheet.name == "sheet"
     assert sheet.origin == toml.origin
@@ -194,8 +195,8 @@ def test_a_sheet_that_a_spreadsheet_saved_tells_the_same(separator):
     text = head + ("row," + body).replace(",", separator)
     saved = through_a_spreadsheet(text, separator)
     assert '"# name = ""sheet"""' + 5 * separator in saved
-    before = survey.parse(text.encode(), "f.csv", csv=True)
-    after = survey.parse(saved.encode(), "f.csv", csv=True)
+    before = survey.parse(text.encode(), "f.csv", form=Form.SHEET)
+    after = survey.parse(saved.encode(), "f.csv", form=Form.SHEET)
     assert after.orchard.name == "sheet"
     assert after.wishes.takeoff_site.tolist() == [-6.0, 0.5]
     assert after.orchard.fence_site.tolist() == before.orchard.fence_site.tolist()
@@ -207,7 +208,7 @@ def test_a_sheet_that_a_spreadsheet_saved_tells_the_same(separator):
 def test_columns_may_be_written_in_capitals():
     first, rest = SHEET.split("\n1,", 1)
     head, columns = first.rsplit("\n", 1)
-    assert survey.parse(f"{head}\n{columns.upper()}\n1,{rest}".encode(), "f.csv", csv=True)
+    assert survey.parse(f"{head}\n{columns.upper()}\n1,{rest}".encode(), "f.csv", form=Form.SHEET)
 
 
 def test_a_sheet_without_its_head_is_told_how_to_write_one():
@@ -396,7 +397,7 @@ def test_a_sheet_with_rows_of_one_tree_is_refused():
 @settings(max_examples=150, deadline=None, derandomize=True)
 def test_no_bytes_make_it_fail_in_another_way(data, csv):
     with suppress(InputError):
-        survey.parse(data, "f", csv=csv)
+        survey.parse(data, "f", form=Form.SHEET if csv else Form.TOML)
 
 
 @given(st.data())
@@ -409,4 +410,8 @@ def test_no_mutilated_survey_makes_it_fail_in_another_way(data):
     )
     cut = data.draw(st.integers(0, 12))
     with suppress(InputError):
-        survey.parse((text[:at] + put + text[at + cut :]).encode(), "f", csv=text is SHEET)
+        survey.parse(
+            (text[:at] + put + text[at + cut :]).encode(),
+            "f",
+            form=Form.SHEET if text is SHEET else Form.TOML,
+        )
