@@ -39,6 +39,21 @@ def comparison(flights: Sequence[Metrics], published: Sequence[Published]) -> tu
     return tuple(rows)
 
 
+@dataclass(frozen=True, slots=True)
+class Delta:
+    """How one figure differs from another."""
+
+    absolute: float  # other - first, in the metric's unit
+    share: float | None  # of the first's size; None: the first is 0
+
+
+def delta(first: Figure | None, other: Figure | None) -> Delta | None:
+    """What `other` has more than `first`; None when either is not known."""
+    if first is None or other is None or isinstance(first, Unknown) or isinstance(other, Unknown):
+        return None
+    return Delta(other - first, (other - first) / abs(first) if first else None)
+
+
 def latencies(flight: Metrics) -> dict[str, tuple[float, float, float]]:
     """Median, 99th percentile and maximum in ms of each stage that the flight logged."""
     found = {}

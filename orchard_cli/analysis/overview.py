@@ -21,6 +21,7 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.world import Pole
 
 from . import signals
+from .aligned import on_route, place_at
 from .flight import Flight, names
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
@@ -64,11 +65,11 @@ def draw(mission: Mission, flights: Sequence[Flight], poles: Sequence[Pole] = ()
     for i, flight in enumerate(flights):  # the first is widest, so that the others do not hide it
         pen = _Pen(COLOURS[i % len(COLOURS)], max(1.0, 2.4 - 0.7 * i) if len(flights) > 1 else 1.6)
         _route(above, flight, labels[i], pen)
-        _curves(curves, flight, pen)
+        _curves(curves, flight, pen, by_time=len(flights) == 1)
     if len(flights) == 1:
         _shade(curves, flights[0])
     _finish_above(above, mission)
-    _finish_curves(curves, mission)
+    _finish_curves(curves, mission, by_time=len(flights) == 1)
     return sheet
 
 
@@ -117,18 +118,19 @@ def _finish_above(axes: Axes, mission: Mission) -> None:
     _plain(axes)
 
 
-def _curves(curves: Sequence[Axes], flight: Flight, pen: _Pen) -> None:
+def _curves(curves: Sequence[Axes], flight: Flight, pen: _Pen, by_time: bool) -> None:
     track = flight.log.odometry
     if not len(track.times):
         return
-    begin = flight.begin
+    keep = slice(None) if by_time else on_route(flight, track.times)
+    at = track.times[keep] - flight.begin if by_time else place_at(flight, track.times[keep])
     style: dict[str, Any] = {"color": pen.colour, "linewidth": 0.75 * pen.width}
     height, *speeds, turn = curves
-    height.plot(track.times - begin, track.positions_site[:, 2], **style)
+    height.plot(at, track.positions_site[keep, 2], **style)
     for i, axes in enumerate(speeds):
-        axes.plot(track.times - begin, track.velocities_site[:, i], **style)
+        axes.plot(at, track.velocities_site[keep, i], **style)
     times, rates = signals.yaw_rates(track)
-    turn.plot(times - begin, rates, **style)
+    turn.plot(at, np.interp(track.times[keep], times, rates), **style)
 
 
 def _shade(curves: Sequence[Axes], flight: Flight) -> None:
@@ -139,7 +141,7 @@ def _shade(curves: Sequence[Axes], flight: Flight) -> None:
             axes.axvspan(begin, end, color="#EEE3C8", linewidth=0, zorder=0, label=label)
 
 
-def _finish_curves(curves: Sequence[Axes], mission: Mission) -> None:
+def _finish_curves(curves: Sequence[Axes], mission: Mission, by_time: bool) -> None:
     titles = (
         "height z (m); planned height dashed",
         "speed along x (m/s)",
@@ -159,7 +161,8 @@ def _finish_curves(curves: Sequence[Axes], mission: Mission) -> None:
         curves[0].legend(loc="lower center", fontsize=8, frameon=False)
     for limit in (-mission.limits.yaw_rate, mission.limits.yaw_rate):
         curves[-1].axhline(limit, color=_GREY, linestyle=":", linewidth=1)
-    curves[-1].set_xlabel("time since the first waypoint (s)")
+    alone, several = "time since the first waypoint (s)", "place along the planned route (m)"
+    curves[-1].set_xlabel(alone if by_time else several)
 
 
 def _plain(axes: Axes) -> None:

@@ -81,11 +81,7 @@ def turns(flight: Flight) -> tuple[Turn, ...]:
 
 def _turn(flight: Flight, avoidance: Avoidance, since: float) -> Turn:
     log = flight.log
-    choices = tuple(
-        _choice(record)
-        for record in log.planner
-        if since <= record.time <= avoidance.end and record.decision != "keep"
-    )
+    choices = _choices(log, since, avoidance.end)
     decided = min((choice.time for choice in choices), default=avoidance.start)
     start, end = min(decided, avoidance.start), avoidance.end
     track = log.odometry
@@ -113,6 +109,20 @@ def _turn(flight: Flight, avoidance: Avoidance, since: float) -> Turn:
             _bearing(flight, end, end + AROUND),
         ),
     )
+
+
+def _choices(log: FlownLog, since: float, end: float) -> tuple[Choice, ...]:
+    """What was decided in a time, from the first decision that an obstacle was the reason of.
+
+    A system that plans every metre anew also takes new curves where nothing is in the way.
+    """
+    made = [
+        _choice(record)
+        for record in log.planner
+        if since <= record.time <= end and record.decision != "keep"
+    ]
+    begun = next((i for i, one in enumerate(made) if one.blocked_at), 0)
+    return tuple(made[begun:])
 
 
 def _choice(record: PlannerRecord) -> Choice:

@@ -22,6 +22,9 @@ def analyze(
     html: Annotated[
         Path | None, typer.Option(help="Write one page that works offline to this file.")
     ] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Differences to the first log, place by place.")
+    ] = False,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the flights to this .png, .svg or .pdf.")
     ] = None,
@@ -30,17 +33,19 @@ def analyze(
     ] = "auto",
 ) -> None:
     """Measure flights from their logs, and compare them."""
+    if compare and len(logs) < 2:
+        raise InputError(Fault("--compare", "needs two logs or more", "name another log"))
     from .analyze_document import document
     from .analyze_logs import read_all
 
     flights, faults = read_all(logs, maps=html is not None)
     references = published(paper, flights)
     if json:
-        typer.echo(json_module.dumps(document(flights, faults), indent=2, allow_nan=False))
+        typer.echo(json_module.dumps(document(flights, faults, compare), indent=2, allow_nan=False))
     elif flights:
         from .analyze_table import show
 
-        show(flights, references)
+        show(flights, references, compare)
     if picture is not None and flights:
         draw(picture, flights)
     if html is not None and flights:

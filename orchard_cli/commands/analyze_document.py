@@ -7,18 +7,49 @@ from pathlib import Path
 from typing import Any
 
 from orchard_cli.analysis import Flight, Unknown
+from orchard_cli.analysis.aligned import met
+from orchard_cli.analysis.comparison import delta
 from orchard_cli.errors import Fault
 
 SCHEMA = "orchard-analyze/1"
 
 
 def document(
-    flights: Sequence[Flight], faults: Sequence[tuple[Path, tuple[Fault, ...]]] = ()
+    flights: Sequence[Flight],
+    faults: Sequence[tuple[Path, tuple[Fault, ...]]] = (),
+    compare: bool = False,
 ) -> dict[str, Any]:
-    """What is not known is null, and `unknown` says why."""
+    """What is not known is null, and `unknown` says why; `compare` adds the differences."""
     logs = [entry(flight) for flight in flights]
     logs += [failure(path, found) for path, found in faults]
-    return {"schema": SCHEMA, "logs": logs}
+    found: dict[str, Any] = {"schema": SCHEMA, "logs": logs}
+    return {**found, "comparison": _comparison(flights)} if compare and flights else found
+
+
+def _comparison(flights: Sequence[Flight]) -> dict[str, Any]:
+    """Differences of every figure to the first flight's, and avoidances by place."""
+    first, *others = flights
+    return {
+        "reference": first.log.file,
+        "deltas": [
+            {"file": other.log.file, "metrics": _deltas(first, other)} for other in others
+        ],
+        "avoidances": [
+            {"place_m": row.place_m,
+             "peak_m": [None if one is None else one.peak_m for one in row.avoidances],
+             "clearance_min_m": [None if one is None else _number(one.clearance_min_m)
+                                 for one in row.avoidances]}
+            for row in met(flights)
+        ],
+    }  # fmt: skip
+
+
+def _deltas(first: Flight, other: Flight) -> dict[str, dict[str, float | None] | None]:
+    found = {}
+    for name, figure in first.metrics.figures.items():
+        one = delta(figure, other.metrics.figures.get(name))
+        found[name] = None if one is None else {"absolute": one.absolute, "share": one.share}
+    return found
 
 
 def failure(path: Path, faults: Sequence[Fault]) -> dict[str, Any]:

@@ -170,3 +170,30 @@ def test_wrong_options_are_told_in_one_line(log, words, complaint):
 def test_a_log_without_its_mission_is_refused(tmp_path):
     result = analyze(write_log(tmp_path / "bare.mcap", attachments={}), "--json")
     assert "holds no mission" in str(result.exception)
+
+
+def test_compare_tells_the_differences_to_the_first_place_by_place(log, other):
+    """flight_review #191, #42: logs hard to compare two by two."""
+    result = analyze(log, other, "--compare", "--json")
+    assert result.exit_code == 0
+    found = json.loads(result.stdout)["comparison"]
+    assert found["reference"] == "one.mcap"
+    (one,) = found["deltas"]
+    assert one["file"] == "two.mcap"
+    peak = one["metrics"]["avoidance_peak_mean_m"]
+    assert peak["absolute"] == pytest.approx(0.5, abs=0.02)
+    assert peak["share"] == pytest.approx(1 / 3, abs=0.02)
+    assert one["metrics"]["liquid_used_l"] is None
+    (met,) = found["avoidances"]
+    assert met["peak_m"] == pytest.approx([1.5, 2.0], abs=0.02)
+
+
+def test_compare_prints_a_column_of_differences_and_the_paper(log, other):
+    said = analyze(log, other, "--compare", "--paper", "liu2024-table1").stdout
+    for word in ("guided 2 - guided 1", "+0.500 (+33.3%)", "paper, ego", "Avoidances along"):
+        assert word in said, word
+    assert max(map(len, said.splitlines())) <= 80
+
+
+def test_compare_needs_two(log):
+    assert "needs two logs" in str(analyze(log, "--compare").exception)

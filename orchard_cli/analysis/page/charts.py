@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from orchard_cli.model.arrays import Array
 from orchard_cli.model.world import World
 
 from .. import signals
-from ..along import places
+from ..aligned import on_route, place_at
 from ..figures import Unknown
 from ..flight import Flight
 from ..lines import planned
@@ -165,23 +164,13 @@ def _curve(flight: Flight, panel: str, by_time: bool) -> tuple[list[Any], list[A
         values = np.minimum(flight.clearances.obstacles, _SEEN)
     else:
         values = track.velocities_site[:, "xyz".index(panel)]
-    if not by_time and flight.metrics.start is not None and flight.metrics.end is not None:
-        inside = (times >= flight.metrics.start) & (times <= flight.metrics.end)
+    if not by_time:
+        inside = on_route(flight, times)
         times, values = times[inside], values[inside]
     keep = extremes(values)
     times, values = times[keep], values[keep]
-    at = times - flight.begin if by_time else _place(flight, times)
+    at = times - flight.begin if by_time else place_at(flight, times)
     return rounded(at), rounded(values, 4)
-
-
-def _place(flight: Flight, times: Array) -> Array:
-    track = flight.log.odometry
-    start, end = flight.metrics.start, flight.metrics.end
-    if start is None or end is None:
-        return np.asarray(times - flight.begin)
-    route = track.between(start, end)
-    along = places(flight.mission.waypoints_site, route.positions_site)
-    return np.interp(times, route.times, along)
 
 
 def _limits(flight: Flight, panel: str, axis: str) -> list[Chart]:

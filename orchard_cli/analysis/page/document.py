@@ -63,6 +63,8 @@ def _body(flights: Sequence[Flight], called: Sequence[str], published: Sequence[
         _part("space", "In three dimensions", '<div class="chart deep" data-chart="space"></div>'),
         _part("curves", curves, f'<p class="quiet">{shaded}</p><div class="chart tall '
               f'{"taller" if several else ""}" data-chart="curves"></div>'),
+        *([_part("met", "Avoidances side by side", sections.met_together(flights, called))]
+          if several else []),
         _part("turns", "Why it turned", _each(flights, called, sections.avoidances)),
         _part("coverage", "What was sprayed", _each(flights, called, sections.coverage)),
         _part("timings", "Onboard timings", _each(flights, called, sections.timings)),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from ..comparison import comparison, latencies
+from ..aligned import met
+from ..comparison import Delta, comparison, delta, latencies
 from ..figures import Unknown
 from ..flight import Flight
 from ..paper import Published
@@ -195,20 +195,43 @@ def figures(flights: Sequence[Flight], names: Names, published: Sequence[Publish
         for i in range(len(flights)):
             cells.append(words.number(row.cells[i].figure))
             if several and i:
-                cells.append(_delta(row.cells[0].figure, row.cells[i].figure))
+                cells.append(_delta(delta(row.cells[0].figure, row.cells[i].figure)))
         cells += [words.number(cell.figure) for cell in row.cells[len(flights) :]]
         body.append(cells)
     return table(head, body, "figures")
 
 
-def _delta(first: object, other: object) -> str:
+def _delta(change: Delta | None) -> str:
     """Difference, and its share of the first where that means something."""
-    known = isinstance(first, int | float) and isinstance(other, int | float)
-    if not known or not (math.isfinite(first) and math.isfinite(other)):  # type: ignore[arg-type]
+    if change is None:
         return ""
-    change = float(other) - float(first)  # type: ignore[arg-type]
-    share = f" ({change / abs(float(first)):+.1%})" if first else ""  # type: ignore[arg-type]
-    return f"{change:+.3g}{share}".replace("-", "−").replace("%", "\u00a0%")
+    if change.share is None:
+        return words.signed(change.absolute)
+    share = f"{change.share:+.1%}".replace("-", "−").replace("%", "\u00a0%")
+    return f"{words.signed(change.absolute)} ({share})"
+
+
+def met_together(flights: Sequence[Flight], names: Names) -> str:
+    """Avoidances by place: what each flight did at the same obstacle."""
+    rows = []
+    for one in met(flights):
+        cells = [f"{one.place_m:.0f}\u00a0m"]
+        for avoidance in one.avoidances:
+            if avoidance is None:
+                cells += ["did not turn", "", ""]
+            else:
+                seconds = avoidance.end - avoidance.start
+                cells += [
+                    f"{avoidance.peak_m:.2f}",
+                    words.number(avoidance.clearance_min_m),
+                    f"{seconds:.1f}",
+                ]
+        rows.append(cells)
+    head = ["place along the route"]
+    for name in names:
+        said = escape(name)
+        head += [f"{said}: deviation (m)", f"{said}: clearance (m)", f"{said}: took (s)"]
+    return table(head, rows) if rows else "<p>None of them turned aside.</p>"
 
 
 def unknown(flights: Sequence[Flight], names: Names) -> str:

@@ -81,6 +81,13 @@ def number(figure: Figure | None) -> str:
     return f"{figure:.1f}" if size >= 100 else f"{figure:.2f}" if size >= 1 else f"{figure:.3f}"
 
 
+def signed(change: float) -> str:
+    """A difference with its sign."""
+    text = number(abs(change))
+    sign = "" if text.strip("0.") == "" else "+" if change > 0 else "\u2212"
+    return sign + text
+
+
 def with_unit(metric: str, figure: Figure | None) -> str:
     """A figure and its unit, with a space that does not break."""
     text = number(figure)
@@ -166,13 +173,13 @@ def _map(turn: Turn) -> str:
 
 
 def _choice(choice: Choice, begin: float, again: bool) -> str:
-    where = "" if choice.blocked_at is None else f" {choice.blocked_at:.1f} m ahead"
+    where = f" {choice.blocked_at:.1f} m ahead" if choice.blocked_at else ""
     verb = {
         "avoid": f"the map showed something in the way{where}, and it took a new path",
         "stop": f"the way was blocked{where} and no way round was found, so it braked",
     }.get(choice.decision, f"it decided \u201c{choice.decision}\u201d")
     if again and choice.decision == "avoid":
-        verb = f"it saw more of it{where} and chose anew"
+        verb = f"it saw it{where} and chose anew" if where else "it went on with a new curve"
     took = "" if choice.took_ms is None else f", and deciding took {choice.took_ms:.1f} ms"
     own = f"Its reason, as logged: \u201c{choice.why}\u201d."
     age = f"The depth image was {1e3 * choice.frame_age:.0f} ms old{took}."
