@@ -38,6 +38,7 @@ class IdealWorld:
         self.blind = False
         self.refuse: dict[Command, str] = {}
         self.pose_delay = 0.0  # s, by which telemetry lags
+        self.pumped = []  # (time, on)
         self.events = []  # (time, callable(self))
         self.model = d455(*camera)
         self._frames = 0
@@ -100,6 +101,9 @@ class IdealWorld:
     def send(self, setpoint):
         self.setpoint = setpoint
         self.setpoints.append(setpoint)
+
+    def pump(self, on):
+        self.pumped.append((self.time, on))
 
     def stop_sending(self):
         self.setpoint = None

@@ -45,7 +45,7 @@ def measure(log: FlownLog, mission: Mission, clearances: Clearances | Unknown) -
     figures |= _coverage_figures(log, mission)
     figures |= _planner_figures(log)
     figures |= _battery_figures(log)
-    figures["liquid_used_l"] = Unknown("the log holds no tank level")
+    figures["liquid_used_l"] = _liquid(log)
     start, end = (None, None) if isinstance(flown, Unknown) else (flown.start, flown.end)
     notes = (*log.notes, *_notes(log, flown))
     return Metrics(figures, found, start, end, notes, log.contacts or ())
@@ -173,6 +173,11 @@ def _battery_figures(log: FlownLog) -> Figures:
         "battery_used_percent": 100.0 * float(known[0] - known[-1]),
         "battery_left_percent": 100.0 * float(known[-1]),
     }
+
+
+def _liquid(log: FlownLog) -> Figure:
+    used = [record.used for record in log.spray if record.used is not None]
+    return max(used) if used else Unknown("the log holds no tank level")
 
 
 def _notes(log: FlownLog, flown: Route | Unknown) -> list[str]:

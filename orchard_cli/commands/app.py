@@ -19,6 +19,7 @@ from .doctor import doctor
 from .export import export
 from .fly import fly
 from .plan import plan
+from .reproduce import reproduce
 from .survey import survey_app
 
 app = typer.Typer(
@@ -38,6 +39,7 @@ app.command()(demo)
 app.command()(bench)
 app.command()(doctor)
 app.add_typer(survey_app, name="survey")
+app.command()(reproduce)
 
 
 def _version(wanted: bool) -> None:

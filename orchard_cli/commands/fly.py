@@ -46,6 +46,12 @@ def fly(
     camera_serial: Annotated[
         str, typer.Option(help="Serial number, where several RealSense are plugged in.")
     ] = "",
+    vehicle: Annotated[
+        str, typer.Option(help="x500, or sprayer: 20 kg and a tank of 32 l.")
+    ] = "x500",
+    level: Annotated[
+        float, typer.Option(min=0, max=1, help="Of the sprayer's tank at take-off, 1 is full.")
+    ] = 1.0,
     mend_failsafes: Annotated[
         bool,
         typer.Option("--mend-failsafes", help="Write safe failsafe parameters to the autopilot."),
@@ -73,10 +79,14 @@ def fly(
     from .camera_options import camera_filters as filters_of
     from .camera_options import camera_mode
     from .camera_options import camera_mount as mount_of
+    from .loading import vehicle_choice
     from .wiring import Choices
 
+    name, filled = vehicle_choice(vehicle, level)
     choices = Choices(
         system=system,
+        vehicle=name,
+        level=filled,
         seed=seed,
         speed_factor=speed_factor,
         camera=camera_mode(camera),
@@ -162,7 +172,9 @@ def fly_mission(
 
     from . import wiring
     from .live_option import live_view
+    from .loading import loaded
 
+    mission = loaded(mission, choices)
     world, world_file = wiring.load_world(mission, world_path)
     if connect is not None:
         rig = wiring.real(mission, connect, choices, world)
@@ -219,6 +231,7 @@ def _run(
             guard=equipment.guard,
             truth=equipment.truth,
             sensors=equipment.sensors,
+            load=equipment.load,
         )
         return Flight(mission, gear, equipment.tolerances).run()
 

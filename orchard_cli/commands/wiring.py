@@ -22,10 +22,14 @@ from orchard_cli.flight.worker import InlineWorker, ThreadWorker, Worker
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.depth import DepthCamera, d455
 from orchard_cli.model.mission import Mission
+from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.world import World
 from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
+from orchard_cli.simulator.fleet import kit
 from orchard_cli.simulator.rendered_camera import RenderedCamera
+
+from .loading import carried
 
 if TYPE_CHECKING:
     from orchard_cli.vehicle import MavsdkVehicle
@@ -53,6 +57,7 @@ class Equipment:
     tolerances: Tolerances
     truth: Truth | None
     sensors: Sensors | None
+    load: Load | None
     name: str
     achieved_factor: Callable[[], float]
 
@@ -68,6 +73,8 @@ class Choices:
     frame_rate: float = 15.0
     mend_failsafes: bool = False
     rendered_camera: bool = False
+    vehicle: str = "x500"  # simulated, or whose limits a real one has: x500 or sprayer
+    level: float = 1.0  # of the tank at take-off
     serial: str = ""  # of the RealSense to use; empty: the only one
     filters: tuple[str, ...] = ()  # of the camera's vendor: "spatial", "holes"
     mount: tuple[float, float, float, float] = (0.1, 0.0, 0.0, 0.0)  # m, m, m, rad: see Mount
@@ -138,6 +145,7 @@ def _settings(choices: Choices) -> SimulatorSettings:
         camera=choices.camera,
         frame_rate=choices.frame_rate,
         sensors=maker(choices.system)().needs,
+        kit=kit(choices.vehicle, choices.level),
     )
 
 
@@ -161,7 +169,8 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
             tolerances=Tolerances(),
             truth=simulator.truth,
             sensors=simulator.sensors,
-            name="simulated X500 (lockstep)",
+            load=carried(mission, choices),
+            name=f"simulated {kit(choices.vehicle).name} (lockstep)",
             achieved_factor=lambda: math.nan,
         )
     finally:
@@ -198,7 +207,8 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
             tolerances=Tolerances(),
             truth=simulator.truth,
             sensors=simulator.sensors,
-            name="simulated X500 over MAVSDK",
+            load=carried(mission, choices),
+            name=f"simulated {kit(choices.vehicle).name} over MAVSDK",
             achieved_factor=lambda: simulator.achieved_factor,
         )
 
@@ -243,6 +253,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             tolerances=Tolerances() if sighted else BLIND,
             truth=None,
             sensors=None,
+            load=carried(mission, choices),
             name=f"autopilot on {url}"
             + (" with a rendered camera" if choices.rendered_camera else ""),
             achieved_factor=lambda: 1.0,

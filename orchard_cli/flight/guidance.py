@@ -41,6 +41,7 @@ class Guidance:
         self._time = -math.inf
         self._avoiding_from = math.inf
         self._avoiding_until = -math.inf
+        self._look: float | None = None  # rad, while avoiding
         self.blocked = False
 
     @property
@@ -139,6 +140,7 @@ class Guidance:
             if not self.avoiding(now):
                 self._avoiding_from = verdict.begin
             self._avoiding_until = verdict.rejoin
+            self._look = verdict.yaw_site
         self.blocked = isinstance(verdict, Stop)
         self._active = verdict.trajectory
         return True
@@ -190,6 +192,8 @@ class Guidance:
         if self._legs and (short or self.still(now)):
             route = self._legs[-1]
             ahead = _first_heading(next((x for x in self._legs if _span(x) >= SHORT), route))
+        elif self._look is not None and self.avoiding(self._time):
+            ahead = self._look
         elif self._active is not None:
             ahead = heading_ahead(self._active, now, LOOK_AHEAD)
         return self._yaw if ahead is None else ahead

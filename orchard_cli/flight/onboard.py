@@ -12,6 +12,7 @@ from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.records import OccupiedCells, PlannerRecord
 from orchard_cli.model.sensors import Sensed
+from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Pose, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
@@ -34,6 +35,7 @@ class OnboardJob:
     active: Trajectory | None  # None: map only
     reference: Trajectory | None
     sensed: Sensed = field(default_factory=Sensed)
+    load: Load | None = None  # of the tank; None: no tank
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,8 +88,9 @@ class Onboard:
                 reference=job.reference,
                 grid=self._grid,
                 frame=job.frame,
-                limits=self._limits,
+                limits=self._limits if job.load is None else job.load.limits(self._limits),
                 sensed=job.sensed,
+                load=job.load,
             )
         )
 

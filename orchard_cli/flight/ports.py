@@ -49,6 +49,10 @@ class Vehicle(Protocol):
         """Ask for something, in order, without waiting. `height` (m above home) is for TAKEOFF."""
         ...
 
+    def pump(self, on: bool) -> None:
+        """Run the spray pump, or stop it; asked on changes, and only of a vehicle with a tank."""
+        ...
+
     def answers(self) -> tuple[Answer, ...]:
         """Answers that came since the last call, oldest first."""
         ...

@@ -11,6 +11,7 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import LogLine, SafetyRecord, Severity, SprayRecord
 from orchard_cli.model.vehicle import VehicleState
 
+from .gauge import Gauge
 from .onboard import OnboardResult
 from .ports import Display, Recorder
 from .safety import Seen
@@ -54,6 +55,7 @@ class Reporter:
         decision: Decision,
         seen: Seen,
         spraying: Spray | None,
+        gauge: Gauge,
         span: tuple[float, float],
         now: float,
     ) -> None:
@@ -69,9 +71,11 @@ class Reporter:
             self._recorder.write(
                 SafetyRecord(now, stage.phase.value, decision.steer.value, stage.why, hazards)
             )
+        level = None if gauge.load is None else gauge.load.level
         if spraying is not None and (due or spraying != self._spray):
             self._spray = spraying
-            self._recorder.write(SprayRecord(now, spraying.on, spraying.row, spraying.why))
+            on, row, why = spraying.on, spraying.row, spraying.why
+            self._recorder.write(SprayRecord(now, on, row, why, level, gauge.used))
         if due:
             self._recorded = now
         self._avoidances += seen.avoiding and not self._was_avoiding

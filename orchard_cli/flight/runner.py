@@ -15,10 +15,12 @@ from orchard_cli.model.arrays import Vector
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import NewTrajectory, Severity
 from orchard_cli.model.sensors import Sensed
+from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep
 
+from .gauge import Gauge
 from .helm import Errand, Helm
 from .inbox import Inbox
 from .onboard import OnboardJob, OnboardResult
@@ -55,6 +57,7 @@ class Gear:
     guard: Guard
     truth: Truth | None = None
     sensors: Sensors | None = None
+    load: Load | None = None  # the tank at take-off; None: no tank
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +79,7 @@ class Flight:
         self._helm = Helm(mission, gear.errands)
         self._inbox = Inbox()
         self._sensed = Sensed()
+        self._gauge = Gauge(gear.load, gear.vehicle.pump)
         self._planned = -math.inf
         self._refused: str | None = None
         self._asked: tuple[Request, float] | None = None
@@ -97,6 +101,7 @@ class Flight:
             gear.vehicle.command(Command.HOLD)  # nobody will decide any more
             raise
         finally:
+            self._gauge.run(False, gear.clock.now())
             gear.vehicle.stop_sending()
             gear.guard.disarm()
         state = gear.vehicle.state()
@@ -149,7 +154,7 @@ class Flight:
         poses = self._gear.vehicle.poses(frame.time - 0.2)
         job = OnboardJob(
             now, now + COMMIT, frame, poses, state, guidance.active, guidance.reference,
-            self._sensed,
+            self._sensed, self._gauge.load,
         )  # fmt: skip
         worker.give(job, now)
 
@@ -271,8 +276,10 @@ class Flight:
 
     def _tell(self, decision: Decision, seen: Seen, now: float) -> None:
         state, active = seen.vehicle, self._helm.guidance.active
-        spraying = spray(self._mission, decision.stage.phase, state) if state is not None else None
+        phase, gauge = decision.stage.phase, self._gauge
+        spraying = None if state is None else spray(self._mission, phase, state, gauge.empty)
+        gauge.run(spraying is not None and spraying.on, now)
         span = (0.0 if active is None else now - active.start, self._helm.guidance.remaining(now))
-        self._gear.reporter.cycle(decision, seen, spraying, span, now)
+        self._gear.reporter.cycle(decision, seen, spraying, gauge, span, now)
         for truth in self._gear.truth.take() if self._gear.truth is not None else ():
             self._gear.recorder.write(truth)

@@ -25,10 +25,12 @@ class Spray:
     why: str
 
 
-def spray(mission: Mission, phase: Phase, vehicle: VehicleState) -> Spray:
+def spray(mission: Mission, phase: Phase, vehicle: VehicleState, empty: bool = False) -> Spray:
     """Judge by where the vehicle is and how fast it goes, not by where it should be."""
     if phase is not Phase.ROUTE:
         return Spray(False, None, f"no spray in {phase.value}")
+    if empty:
+        return Spray(False, None, "the tank is empty")
     position, velocity = vehicle.position_site[:2], vehicle.velocity_site[:2]
     for segment, line in mission.spray_lines:
         for first, last in pairwise(line[:, :2]):

@@ -58,7 +58,10 @@ def _safety(record: SafetyRecord) -> messages.Safety:
 
 def _spray(record: SprayRecord) -> messages.Spray:
     row = msgspec.UNSET if record.row is None else record.row
-    return messages.Spray(time=record.time, on=record.on, row=row, why=record.why)
+    return messages.Spray(
+        time=record.time, on=record.on, row=row, why=record.why,
+        level=known(record.level), used_l=known(record.used),
+    )  # fmt: skip
 
 
 def _truth(record: TruthRecord) -> messages.Truth:

@@ -82,12 +82,14 @@ class Safety(Struct, frozen=True, kw_only=True):
 
 
 class Spray(Struct, frozen=True, kw_only=True):
-    """The pump: /spray."""
+    """The pump and the tank: /spray. The level goes from 1 (full) to 0."""
 
     time: float
     on: bool
     row: int | UnsetType = UNSET
     why: str
+    level: float | UnsetType = UNSET
+    used_l: float | UnsetType = UNSET
 
 
 class Truth(Struct, frozen=True, kw_only=True):

@@ -100,7 +100,9 @@ def safety(one: messages.Safety) -> SafetyRecord:
 def spray(one: messages.Spray) -> SprayRecord:
     """The pump."""
     row = None if isinstance(one.row, UnsetType) else one.row
-    return SprayRecord(one.time, one.on, row, one.why)
+    level = None if isinstance(one.level, UnsetType) else one.level
+    used = None if isinstance(one.used_l, UnsetType) else one.used_l
+    return SprayRecord(one.time, one.on, row, one.why, level, used)
 
 
 def radar(one: messages.RadarSweep) -> RadarScan:

@@ -68,6 +68,8 @@ class SprayRecord:
     on: bool
     row: int | None
     why: str
+    level: float | None = None  # of the tank, 1 is full; None: no tank
+    used: float | None = None  # l sprayed since take-off
 
 
 @dataclass(frozen=True, slots=True, eq=False)

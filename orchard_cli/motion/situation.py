@@ -15,6 +15,7 @@ from orchard_cli.model.arrays import Points
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.sensors import Sensed
+from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import VehicleState
 
@@ -31,6 +32,7 @@ class Situation:
     grid: OccupancyGrid
     frame: DepthFrame  # newest
     limits: Limits
+    load: Load | None = None  # of the vehicle's tank; `limits` are for it
     sensed: Sensed = field(default_factory=Sensed)  # newest scans of the sensors in `needs`
 
 
@@ -53,6 +55,7 @@ class Avoid:
     why: str
     blocked_at: float  # m along the path to the first conflict
     guide_site: Points = field(default_factory=lambda: np.empty((0, 3)))
+    yaw_site: float | None = None  # rad, to look there until the rejoin; None: along the way
     stages_ms: Mapping[str, float] = field(default_factory=dict)
 
 

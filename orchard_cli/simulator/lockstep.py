@@ -146,6 +146,10 @@ class LockstepVehicle:
         accepted, said = self._do(command, height)
         self._answers.append(Answer(command, accepted, said, self._autopilot.time))
 
+    def pump(self, on: bool) -> None:
+        """Run the pump, or stop it."""
+        self._autopilot.craft.pumping = on
+
     def answers(self) -> tuple[Answer, ...]:
         """Answers since the last call."""
         taken, self._answers = tuple(self._answers), []

@@ -19,7 +19,6 @@ from orchard_cli.model.sensors import (
 from orchard_cli.model.world import World
 
 from .autopilot import TICK, Autopilot
-from .body import X500
 from .scene import Scene
 from .sensors import RadarModel, RangeModel
 from .settings import SimulatorSettings
@@ -38,7 +37,7 @@ class Due:
 
 def mounted(settings: SimulatorSettings) -> tuple[Radar | None, Beams | None]:
     """The radar and the lasers on the vehicle, as far as they are asked for."""
-    arm = X500.arm
+    arm = settings.kit.airframe.arm
     radar = plant_protection_radar(arm) if "radar" in settings.sensors else None
     return radar, corner_lasers(arm) if "range" in settings.sensors else None
 
@@ -62,8 +61,10 @@ class Run:
             start_site,
             start_yaw_site,
             ground=(a, b, c),
-            pack=settings.pack,
-            parameters=settings.parameters,
+            airframe=settings.kit.airframe,
+            pack=settings.pack or settings.kit.pack,
+            parameters={**settings.kit.parameters, **settings.parameters},
+            level=settings.kit.level,
         )
         self.camera: DepthCamera | None = d455(*settings.camera) if settings.camera else None
         radar, beams = mounted(settings)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from .autopilot.battery import Pack
+from .fleet import Kit
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +21,8 @@ class SimulatorSettings:
     frame_rate: float = 15.0  # Hz
     sensors: frozenset[str] = frozenset()  # besides depth, of model/sensors.py SENSORS
     parameters: dict[str, float] = field(default_factory=dict)  # PX4's, changed from their defaults
-    pack: Pack = field(default_factory=Pack)
+    pack: Pack | None = None  # None: the vehicle's own
+    kit: Kit = field(default_factory=Kit)  # the vehicle
 
     def __post_init__(self) -> None:
         if not 0 < self.speed_factor < math.inf:

@@ -176,6 +176,10 @@ class MavsdkVehicle:
             while True:
                 self._wishes.get_nowait()
 
+    def pump(self, on: bool) -> None:
+        """Set the autopilot's first actuator: full, or off. A refusal is told like a command's."""
+        self._wishes.put(lambda: self._switch(on))
+
     def answers(self) -> tuple[Answer, ...]:
         """Answers since the last call."""
         taken = []
@@ -257,6 +261,10 @@ class MavsdkVehicle:
         except Exception as error:  # this thread must outlive anything: LAND comes through it
             accepted, said = False, f"{type(error).__name__}: {error}"
         self._answers.append(Answer(command, accepted, said, self._now()))
+
+    def _switch(self, on: bool) -> None:
+        with contextlib.suppress(mavsdk.MavsdkError):
+            self._action.set_actuator(1, 1.0 if on else -1.0)
 
     def _ask(self, command: Command, height: float) -> None:
         if command is Command.TAKEOFF:

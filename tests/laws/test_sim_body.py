@@ -36,7 +36,7 @@ def independent(
     state: np.ndarray, speeds: np.ndarray, wind: np.ndarray, load: np.ndarray, seconds: float
 ) -> np.ndarray:
     """Newton and Euler with rotation matrices of scipy, integrated by DOP853."""
-    inertia = np.diag(load[1:])
+    inertia = np.diag(load[1:4])
 
     def slope(_: float, y: np.ndarray) -> np.ndarray:
         velocity, q, rates, rotors = y[3:6], y[6:10], y[10:13], y[13:17]
@@ -45,8 +45,10 @@ def independent(
         air_body = turn.T @ (velocity - wind)
         for (x, y_, sense), speed in zip(ROTORS, rotors, strict=True):
             thrust = np.array([0.0, 0.0, X500.thrust * speed**2])
-            force_body += thrust - X500.drag_rotor * speed * air_body * (1, 1, 0)
+            drag = -X500.drag_rotor * speed * air_body * (1, 1, 0)
+            force_body += thrust + drag
             torque += np.cross(X500.arm * np.array([x, y_, 0.0]), thrust)
+            torque += np.cross([0.0, 0.0, load[4]], drag)  # rotors over the centre of mass
             torque[2] -= sense * X500.moment * thrust[2]
         relative = velocity - wind
         force = turn @ force_body - X500.drag_body * np.linalg.norm(relative) * relative
@@ -71,7 +73,7 @@ def test_it_agrees_with_an_independent_integration_after_two_seconds() -> None:
     body.state[3:6] = (1.0, -2.0, 0.5)
     body.state[6:10] = Rotation.from_euler("xyz", [0.2, -0.3, 1.0]).as_quat(scalar_first=True)
     body.state[10:13] = (0.4, -0.3, 0.8)
-    body.load[:] = (2.6, 0.03, 0.025, 0.05)  # a tank aboard
+    body.load[:] = (2.6, 0.03, 0.025, 0.05, 0.2)  # a tank aboard
     wind = np.array([2.0, 1.0, -0.3])
     body.around[:3] = wind
     speeds = X500.hover_speed * np.array([1.02, 1.03, 1.025, 1.021])
@@ -134,7 +136,7 @@ def test_angular_momentum_is_kept_while_it_tumbles_without_rotors() -> None:
 
     def momentum() -> np.ndarray:
         turn = Rotation.from_quat(body.site_from_body, scalar_first=True)
-        return np.asarray(turn.apply(body.load[1:] * body.rates_body))
+        return np.asarray(turn.apply(body.load[1:4] * body.rates_body))
 
     before = momentum()
     fly(body, np.zeros(4), 2.0)

@@ -45,16 +45,16 @@ class Autopilot:
         airframe: Airframe = X500,
         pack: Pack | None = None,
         parameters: dict[str, float] | None = None,
+        level: float = 0.0,
     ) -> None:
         self.parameters = Parameters(parameters)
         self.craft = Craft(
-            world, start_site, start_yaw_site,
-            ground=ground, airframe=airframe, pack=pack or Pack(), values=self.parameters,
+            world, start_site, start_yaw_site, ground=ground, airframe=airframe,
+            pack=pack or Pack(), values=self.parameters, level=level,
         )  # fmt: skip
         self.inputs = Inputs(self.parameters)
         self.armed = False
-        self.intention = Mode.HOLD
-        self.mode = Mode.HOLD
+        self.intention = self.mode = Mode.HOLD
         self.home_site: Vector = self.seen.position_site
         self.mission: tuple[Item, ...] = ()
         self.mission_index = 0

@@ -30,9 +30,11 @@ class Craft:
         airframe: Airframe,
         pack: Pack,
         values: Parameters,
+        level: float = 0.0,
     ) -> None:
         wind_seed, noise_seed = np.random.SeedSequence([world.seed, 0x5157]).spawn(2)
-        self.body = Body(airframe, start_site, start_yaw_site, ground)
+        self.body = Body(airframe, start_site, start_yaw_site, ground, level)
+        self.pumping = False
         self.battery = Battery(pack, airframe)
         self.acceleration_site = np.zeros(3)  # m/s², true, over the last tick
         self._values = values
@@ -78,6 +80,8 @@ class Craft:
         cubes = self._cascade.fly(self.body, self._error, demand, motors)
         self.acceleration_site = (self.body.velocity_site - before) / TICK
         self.battery.drain(cubes, TICK)
+        if self.pumping:
+            self.body.pump(TICK)
         self._ticks += 1
         self._look()
 

@@ -4,7 +4,7 @@ Site frame and body FLU, SI and radians. Layouts of the flat arrays:
 
 state (17)    0 position, 3 velocity, 6 site_from_body (w, x, y, z), 10 body rates, 13 rotor speeds
 around (6)    0 wind (towards), 3 the ground plane a, b, c: z = a x + b y + c
-load (4)      mass kg, Ixx, Iyy, Izz kg m²
+load (5)      mass kg, Ixx, Iyy, Izz kg m², height m of the rotors over the centre of mass
 airframe (11) the constants below
 
 Rotors: 0 front right and 1 back left turn counter-clockwise, 2 front left and 3 back right
@@ -43,6 +43,8 @@ def derivative(state, speeds_wanted, around, load, airframe, out):
     spin = airframe[DRAG_ROTOR] * (state[13] + state[14] + state[15] + state[16])
     bx = -spin * (r00 * ax + r10 * ay + r20 * az)
     by = -spin * (r01 * ax + r11 * ay + r21 * az)
+    tx -= load[4] * by
+    ty += load[4] * bx
     body = airframe[DRAG_BODY] * np.sqrt(ax * ax + ay * ay + az * az)
     fx = r00 * bx + r01 * by + r02 * thrust - body * ax
     fy = r10 * bx + r11 * by + r12 * thrust - body * ay

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchard_cli.model.arrays import Array
+from orchard_cli.model.tank import SPRAYER, Sprayer
 
 from ._kernels import GRAVITY
 
@@ -36,6 +37,7 @@ class Airframe:
     ground_spring: float = 1250.0  # N/m, each foot
     ground_damper: float = 35.0  # N/(m/s), each foot
     friction: float = 0.7
+    tank: Sprayer | None = None  # what a load does to it
     radius: float = 0.35  # m, of the ball around the reference point that stands for the airframe
 
     @property
@@ -61,9 +63,40 @@ class Airframe:
              self.ground_damper, self.friction]
         )  # fmt: skip
 
-    def load(self) -> Array:
-        """(4,) mass and inertia as the kernels take them; a tank may change them in flight."""
-        return np.array([self.mass, *self.inertia])
+    def load(self, level: float = 0.0) -> Array:
+        """(5,) mass, inertia, and the rotors' height over the centre of mass, for the kernels."""
+        if self.tank is None:
+            return np.array([self.mass, *self.inertia, 0.0])
+        tank = self.tank
+        below = tank.centre_below(level)
+        return np.array([tank.mass_at(level), *tank.inertia_at(level), below])
 
 
 X500 = Airframe()
+
+
+def sprayer(tank: Sprayer = SPRAYER) -> Airframe:
+    """Ahmed 2022's quadrotor with a tank; `arm` is along x and along y, at 45 degrees.
+
+    Mass, inertia, arms and greatest thrust are the paper's. Chosen here, for it says nothing:
+    24-inch propellers at 4,000 rpm, a motor lag of 50 ms, 0.03 m of reaction torque per thrust,
+    rotor drag of the same share of the weight as the X500's, a plate of 0.25 m², and a ground as
+    stiff for the weight.
+    """
+    top = 420.0  # rad/s
+    return Airframe(
+        mass=tank.mass,
+        inertia=tank.inertia,
+        arm=tank.arm * math.sqrt(0.5),
+        thrust=tank.thrust_max / 4 / top**2,
+        moment=0.03,
+        speed_max=top,
+        speed_idle=60.0,
+        lag=0.05,
+        drag_rotor=2.0e-3,
+        drag_body=0.153,
+        ground_spring=32000.0,
+        ground_damper=900.0,
+        tank=tank,
+        radius=tank.radius,
+    )

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from orchard_cli.model.arrays import Array, Vector
+from orchard_cli.model.tank import Load
 
 from ._kernels import DRAG_ROTOR, K_THRUST, SPEED_IDLE, SPEED_MAX, derivative, rk4
 from .airframe import Airframe
@@ -26,10 +27,12 @@ class Body:
         start_site: tuple[float, float],
         yaw_site: float,
         ground: Sequence[float] = (0.0, 0.0, 0.0),
+        level: float = 0.0,
     ) -> None:
         self.airframe = airframe
         self.constants = airframe.flat()
-        self.load = airframe.load()
+        self.load = airframe.load(level)
+        self.level = level
         self.state = np.zeros(17)
         self.state[:2] = start_site
         self.around = np.array([0.0, 0.0, 0.0, *ground])
@@ -68,6 +71,13 @@ class Body:
     def airborne(self) -> bool:
         """Whether it is clear of the ground; standing, it sinks in by some millimetres."""
         return bool(self.state[2] > self.ground_height)
+
+    def pump(self, seconds: float) -> None:
+        """Spray for so long; nothing comes out of an empty tank."""
+        tank = self.airframe.tank
+        if tank is not None and self.level > 0.0:
+            self.level = Load(tank, self.level).after(seconds).level
+            self.load[:] = self.airframe.load(self.level)
 
     def break_rotors(self) -> None:
         """From now on no thrust, no drag and no power of the rotors, whatever they are told."""

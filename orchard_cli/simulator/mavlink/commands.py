@@ -32,6 +32,7 @@ class Commands:
             22: self._take_off,
             176: self._set_mode,
             179: lambda _: Result.ACCEPTED,  # home is set at arming again
+            187: self._set_actuators,
             224: self._set_item,
             246: self._reboot,
             300: lambda _: autopilot.set_mode(Mode.MISSION),
@@ -82,6 +83,12 @@ class Commands:
         if not 0 <= index < max(len(self._autopilot.mission), 1):
             return Result.DENIED
         self._autopilot.jump(index)
+        return Result.ACCEPTED
+
+    def _set_actuators(self, params: Params) -> Result:
+        """The first one is the pump's; NaN leaves it as it is."""
+        if math.isfinite(params[0]):
+            self._autopilot.craft.pumping = params[0] > 0
         return Result.ACCEPTED
 
     def _reboot(self, _: Params) -> Result:

@@ -1,0 +1,1 @@
+"""One file per paper: its tables, measured anew. registry.py lists them."""
