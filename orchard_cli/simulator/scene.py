@@ -21,7 +21,7 @@ from orchard_cli.model.arrays import Array, Vector
 from orchard_cli.model.depth import DepthCamera
 from orchard_cli.model.world import World
 
-from .render import Painter, stereo_image
+from .render import Painter, Shapes, stereo_image
 from .render.stereo import FARTHEST
 
 T = TypeVar("T")
@@ -34,6 +34,7 @@ class Scene:
         self.world = world
         self.ground = ground_plane(world)  # (a, b, c): z = a x + b y + c
         self._still = Solids.joined([tree_solids(world), obstacle_solids(world)])
+        self._shapes = Shapes.of(self._still)
         kinds: tuple[Sequence[Thing], ...] = (world.trees, world.poles, world.wires, world.boxes)
         self._things = tuple(
             (name, solids_of(thing)) for kind in kinds for name, thing in _numbered(kind)
@@ -42,19 +43,19 @@ class Scene:
         self._low = np.array([low.min(axis=0) for low, _ in bounds]).reshape(-1, 3)
         self._high = np.array([high.max(axis=0) for _, high in bounds]).reshape(-1, 3)
 
-    def depth(
+    def nearness(
         self, camera: DepthCamera, position_site: Vector, site_from_body: Vector, time: float
     ) -> NDArray[np.float32]:
-        """True depth (h, w) m along the optical axis of a camera on a body, infinite for sky."""
+        """1 / true depth (h, w) along the optical axis of a camera on a body, 1/m; 0 for sky."""
         painter = Painter.at(camera, position_site, site_from_body, FARTHEST)
-        return painter.paint(self.ground, self.solids(time))
+        shapes = [self._shapes, *map(Shapes.of, self._walkers(time))]
+        return painter.paint(self.ground, shapes)
 
     def solids(self, time: float) -> Solids:
         """Everything but the ground, with people where they walk at that time."""
         if not self.world.people:
             return self._still
-        walkers = (Solids(capsules=person_capsule(one, time)) for one in self.world.people)
-        return Solids.joined([self._still, *walkers])
+        return Solids.joined([self._still, *self._walkers(time)])
 
     def render(
         self,
@@ -67,7 +68,7 @@ class Scene:
         """The camera's image (h, w) mm, with stereo's errors; the same for a seed and a number."""
         noise = self.world.noise
         return stereo_image(
-            self.depth(camera, position_site, site_from_body, time),
+            self.nearness(camera, position_site, site_from_body, time),
             camera, noise.disparity_px, noise.dropout, self.world.seed, frame_number,
         )  # fmt: skip
 
@@ -94,6 +95,9 @@ class Scene:
             if capsule_distances(point[None], person_capsule(person, time))[0, 0] <= radius:
                 return name
         return None
+
+    def _walkers(self, time: float) -> list[Solids]:
+        return [Solids(capsules=person_capsule(one, time)) for one in self.world.people]
 
 
 def _numbered(things: Sequence[T]) -> list[tuple[str, T]]:

@@ -46,6 +46,12 @@ def lens(camera, position, site_from_body):
     )
 
 
+def depths(scene, camera, position, site_from_body, time):
+    """True depth (h, w) m, infinite for the sky."""
+    with np.errstate(divide="ignore"):
+        return 1 / scene.nearness(camera, position, site_from_body, time)
+
+
 poses = {
     "x": st.floats(-3, 8), "y": st.floats(-5, 5), "z": st.floats(0.3, 6),
     "yaw": st.floats(-3.1, 3.1), "pitch": st.floats(-0.9, 0.9), "roll": st.floats(-0.9, 0.9),
@@ -62,7 +68,7 @@ def test_every_return_lies_on_a_surface_and_nothing_stands_before_it(
     eye = lens(CAMERA, (x, y, z), turn)
     if clearance(CROWD, eye[None], np.array([time])).nearest[0] < 0.05 or eye[2] < 0.05:
         return  # the lens is inside something
-    depth = Scene(CROWD).depth(CAMERA, np.array([x, y, z]), turn, time)
+    depth = depths(Scene(CROWD), CAMERA, np.array([x, y, z]), turn, time)
     along = rays(CAMERA, turn)
 
     def signed(points):
@@ -111,9 +117,9 @@ def test_a_raised_nose_sees_less_ground_and_the_sky_returns_nothing():
 def test_a_level_ray_never_meets_the_ground():
     camera = DepthCamera(9, 9, 8.0, 8.0, 4.0, 4.0, 0.6, 6.0, FORWARD, np.zeros(3))
     scene = Scene(World("plain", poles=(Pole(30.0, 0.0, 0.2, 9.0),)))
-    depth = scene.depth(camera, np.array([0.0, 0.0, 2.0]), LEVEL, 0.0)
+    depth = depths(scene, camera, np.array([0.0, 0.0, 2.0]), LEVEL, 0.0)
     assert np.isinf(depth[:5, :4]).all()
-    np.testing.assert_allclose(depth[5:, 0], 2.0 * 8.0 / np.arange(1, 5))
+    np.testing.assert_allclose(depth[5:, 0], 2.0 * 8.0 / np.arange(1, 5), rtol=1e-6)
 
 
 def test_the_ground_follows_the_feet_of_the_trees():
@@ -135,7 +141,7 @@ def test_the_same_seed_and_frame_give_the_same_bits_and_another_frame_does_not()
 def flat(distance, sigma=0.1, dropout=0.0, number=1, camera=None):
     camera = camera or d455()
     depth = np.full((camera.height, camera.width), distance, dtype=np.float32)
-    return stereo_image(depth, camera, sigma, dropout, 3, number)[:, 5:] / 1000.0
+    return stereo_image(1 / depth, camera, sigma, dropout, 3, number)[:, 5:] / 1000.0
 
 
 @pytest.mark.parametrize("distance", [1.0, 2.0, 4.0, 6.0])
@@ -176,7 +182,7 @@ def test_what_is_hidden_from_the_other_imager_is_a_hole_on_the_left():
     camera = d455()
     depth = np.full((camera.height, camera.width), 10.0, dtype=np.float32)
     depth[:, 400:450] = 2.0
-    image = stereo_image(depth, camera, 0.0, 0.0, 0, 0)
+    image = stereo_image(1 / depth, camera, 0.0, 0.0, 0, 0)
     holes = (image == 0).mean(axis=0)
     shadow = camera.fx * BASELINE * (1 / 2.0 - 1 / 10.0)  # px
     assert holes[400 - int(shadow) + 1 : 399].min() == 1.0
@@ -188,7 +194,7 @@ def test_some_pixels_at_an_edge_fly_between_its_two_sides():
     camera = d455()
     depth = np.full((camera.height, camera.width), 10.0, dtype=np.float32)
     depth[:, 400:450] = 2.0
-    image = stereo_image(depth, camera, 0.0, 0.0, 0, 0)
+    image = stereo_image(1 / depth, camera, 0.0, 0.0, 0, 0)
     flying = (image > 2100) & (image < 9500)
     assert set(np.flatnonzero(flying.any(axis=0))) == {399, 449}
     assert flying[:, 449].mean() == pytest.approx(_kernels.FLYING, abs=0.06)
@@ -196,13 +202,13 @@ def test_some_pixels_at_an_edge_fly_between_its_two_sides():
 
 def test_the_drawing_kernels_do_what_their_python_says(monkeypatch):
     place, turn = np.array([0.0, 0.3, 2.2]), from_yaw_pitch_roll(0.1, 0.2, 0.05)
-    compiled = Scene(CROWD).depth(CAMERA, place, turn, 1.0)
+    compiled = Scene(CROWD).nearness(CAMERA, place, turn, 1.0)
     image = stereo_image(compiled, CAMERA, 0.1, 0.01, 3, 9)
-    for name in ("_mixed", "_gauss", "draw_ground", "draw_spheroids", "draw_cylinders",
-                 "draw_capsules", "draw_boxes", "sense"):  # fmt: skip
-        monkeypatch.setattr(_kernels, name, getattr(_kernels, name).py_func)
-    interpreted = Scene(CROWD).depth(CAMERA, place, turn, 1.0)
-    np.testing.assert_allclose(interpreted, compiled, rtol=1e-6)
-    with np.errstate(divide="ignore"):
+    for name, kernel in list(vars(_kernels).items()):
+        if hasattr(kernel, "py_func"):
+            monkeypatch.setattr(_kernels, name, kernel.py_func)
+    with np.errstate(all="ignore"):
+        interpreted = Scene(CROWD).nearness(CAMERA, place, turn, 1.0)
         again = stereo_image(compiled, CAMERA, 0.1, 0.01, 3, 9)
+    np.testing.assert_allclose(interpreted, compiled, rtol=1e-5)
     assert np.abs(again.astype(int) - image).max() <= 1

@@ -1,7 +1,7 @@
 """What sensors see of a world: exact depth and ranges, then a stereo pair's errors."""
 
 from .beams import cast
-from .draw import Painter
+from .draw import Painter, Shapes
 from .stereo import stereo_image
 
-__all__ = ["Painter", "cast", "stereo_image"]
+__all__ = ["Painter", "Shapes", "cast", "stereo_image"]

@@ -14,23 +14,23 @@ FARTHEST = 20.0  # m: what is farther has too little disparity to be matched
 
 
 def stereo_image(
-    depth: NDArray[np.float32],
+    nearness: NDArray[np.float32],
     camera: DepthCamera,
     disparity_sigma: float,
     dropout: float,
     seed: int,
     frame_number: int,
 ) -> NDArray[np.uint16]:
-    """The image that the camera would send for true depths (h, w) m, infinite for the sky.
+    """The image that the camera would send for nearness (h, w): 1 / true depth, 1/m, 0 for sky.
 
     (h, w) mm along the optical axis, 0 where there is no return: sky, farther than FARTHEST,
     nearer than the camera's range_min, hidden from one imager, or dropped. `disparity_sigma` px is
     the matching error: the depth's error grows with its square. The same seed and frame number
     give the same image.
     """
-    image = np.empty(depth.shape, dtype=np.uint16)
+    image = np.empty(nearness.shape, dtype=np.uint16)
     _kernels.sense(
-        depth, camera.fx * BASELINE, disparity_sigma, dropout, camera.range_min, FARTHEST,
+        nearness, camera.fx * BASELINE, disparity_sigma, dropout, camera.range_min, FARTHEST,
         seed & 0x7FFFFFFF, frame_number & 0x7FFFFFFF, image,
     )  # fmt: skip
     return image
