@@ -48,8 +48,11 @@ class Scene:
     ) -> NDArray[np.float32]:
         """1 / true depth (h, w) along the optical axis of a camera on a body, 1/m; 0 for sky."""
         painter = Painter.at(camera, position_site, site_from_body, FARTHEST)
-        shapes = [self._shapes, *map(Shapes.of, self._walkers(time))]
-        return painter.paint(self.ground, shapes)
+        return painter.paint(self.ground, self.shapes(time))
+
+    def shapes(self, time: float) -> list[Shapes]:
+        """Everything but the ground, ready to be drawn, with people where they walk then."""
+        return [self._shapes, *map(Shapes.of, self._walkers(time))]
 
     def solids(self, time: float) -> Solids:
         """Everything but the ground, with people where they walk at that time."""

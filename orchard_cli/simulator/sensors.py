@@ -61,8 +61,8 @@ class RadarModel:
         """The `number`-th scan; the same for a seed and a number."""
         rng = np.random.default_rng([self._scene.world.seed, RADAR_STREAM, number])
         painter = Painter.at(self._camera, position_site, site_from_body, self.radar.range_max)
-        depth = painter.paint(np.array([0.0, 0.0, -1e9]), self._scene.solids(time))
-        ranges = depth * self._longer
+        nearness = painter.paint(np.array([0.0, 0.0, -1e9]), self._scene.shapes(time))
+        ranges = self._longer / np.maximum(nearness, 1e-9)
         seen = (ranges > NEAREST) & (ranges < self.radar.range_max)
         hits = np.column_stack([ranges[seen], self._azimuths[seen], self._elevations[seen]])
         hits = _reflections(hits)

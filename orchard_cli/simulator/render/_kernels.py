@@ -140,9 +140,10 @@ def draw_spheroids(columns, rows, windows, solids, origin, nearness):
             nearness[:] = _NEAREST
             return
         per_c = np.float32(1) / c
-        ex = np.float64(columns[0, 1] - columns[0, 0]) * wide  # from a pixel to its neighbour
-        ey = np.float64(columns[1, 1] - columns[1, 0]) * wide
-        ez = np.float64(columns[2, 1] - columns[2, 0]) * tall
+        last = columns.shape[1] - 1
+        ex = np.float64(columns[0, last] - columns[0, 0]) / max(last, 1) * wide  # to the next pixel
+        ey = np.float64(columns[1, last] - columns[1, 0]) / max(last, 1) * wide
+        ez = np.float64(columns[2, last] - columns[2, 0]) / max(last, 1) * tall
         oe, ee = ox * ex + oy * ey + oz * ez, ex * ex + ey * ey + ez * ez
         for v in range(windows[n, 2], windows[n, 3]):
             bx, by, bz = rows[v, 0], rows[v, 1], rows[v, 2]
