@@ -15,6 +15,8 @@ from .flight import Flight
 
 SAME = 6.0  # m along the route: avoidances nearer than this are of the same obstacle
 
+TRIED = 20_000  # samples of a flight whose place is looked for; in between it is even
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Met:
@@ -36,8 +38,9 @@ def place_at(flight: Flight, times: Array) -> Array:
     """(n,) s, flight clock -> (n,) m along the planned route."""
     track = flight.log.odometry
     route = on_route(flight, track.times)
-    along = places(flight.mission.waypoints_site, track.positions_site[route])
-    return np.interp(times, track.times[route], along)
+    step = max(1, np.count_nonzero(route) // TRIED)
+    along = places(flight.mission.waypoints_site, track.positions_site[route][::step])
+    return np.interp(times, track.times[route][::step], along)
 
 
 def met(flights: Sequence[Flight]) -> tuple[Met, ...]:

@@ -18,6 +18,8 @@ from .lines import trajectory_points
 
 TOLERANCE = 0.02  # m: a flown line is simplified this much before it is widened to a strip
 
+SWITCHES = 2000  # times that a pump may be switched on before the log is not believed
+
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
@@ -69,7 +71,10 @@ def coverage(log: FlownLog, mission: Mission) -> Coverage | Unknown:
         return Unknown("the mission plans no spraying")
     if not log.spray:
         return Unknown("the log says nothing about the pump")
-    return compare(lines, flown_lines(log), mission.swath)
+    flown = flown_lines(log)
+    if len(flown) > SWITCHES:
+        return Unknown(f"the pump was switched on more than {SWITCHES} times")
+    return compare(lines, flown, mission.swath)
 
 
 def compare(lines: Sequence[Points], flown: Sequence[Points], swath: float) -> Coverage:

@@ -11,6 +11,9 @@ from orchard_cli.model.flown import Track
 CUTOFF = 1.0
 """Hz of the low-pass before differentiating or adding up steps: sensor noise is no motion."""
 
+MOST = 10
+"""Evenly spaced samples for each logged one, at most: a log may have gaps of any length."""
+
 
 def shares(times: Array) -> Array:
     """(n,) share of the whole time that each sample stands for (trapezoid rule); sums to 1."""
@@ -46,7 +49,8 @@ def smooth(times: Array, values: Points, steady_ends: bool = False) -> tuple[Arr
     Fewer than ten samples, or samples slower than twice CUTOFF, are only spaced evenly.
     """
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
-    even = np.linspace(times[0], times[-1], max(2, round((times[-1] - times[0]) / step) + 1))
+    count = min((times[-1] - times[0]) / step, MOST * len(times))
+    even = np.linspace(times[0], times[-1], max(2, round(count) + 1))
     spaced = np.column_stack([np.interp(even, times, column) for column in values.T])
     rate = (len(even) - 1) / max(float(even[-1] - even[0]), 1e-9)
     if len(even) < 10 or rate <= 2 * CUTOFF:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.records import Channel, Message, Metadata, Schema
+from mcap.records import Channel, Metadata, Schema
 from mcap_protobuf.decoder import DecoderFactory
 
-from orchard_cli.flightlog.scan import Scan
+from orchard_cli.flightlog.scan import Raw, Scan
 from orchard_cli.model.depth import DepthCamera, DepthFrame, d455
 
 IMAGE, CALIBRATION = "/camera/depth", "/camera/calibration"
@@ -26,7 +26,7 @@ def depth_frames(path: Path) -> Iterator[DepthFrame]:
     schemas: dict[int, Schema] = {}
     decoders: dict[int, tuple[str, Any]] = {}
     offset, camera = 0, None
-    for record in Scan(path):
+    for record in Scan(path, (IMAGE, CALIBRATION)):
         match record:
             case Metadata() if record.name == "orchard":
                 offset = int(record.metadata.get("utc_offset_ns", "0"))
@@ -36,7 +36,7 @@ def depth_frames(path: Path) -> Iterator[DepthFrame]:
                 schema = schemas[record.schema_id]
                 decode = DecoderFactory().decoder_for(record.message_encoding, schema)
                 decoders[record.id] = (record.topic, decode)
-            case Message() if record.channel_id in decoders:
+            case Raw() if record.channel_id in decoders:
                 topic, decode = decoders[record.channel_id]
                 found = decode(record.data)
                 if topic == CALIBRATION:

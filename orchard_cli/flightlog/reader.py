@@ -9,19 +9,22 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Metadata, Schema
 from mcap_protobuf.decoder import DecoderFactory
 
 from orchard_cli.errors import Fault, InputError
-from orchard_cli.flightlog import records
+from orchard_cli.flightlog import messages, records
 from orchard_cli.flightlog.messages import JSON_TOPICS
-from orchard_cli.flightlog.scan import Scan
+from orchard_cli.flightlog.scan import Raw, Scan
 from orchard_cli.flightlog.scribe import SCHEMA
 from orchard_cli.model.arrays import Array
 from orchard_cli.model.flown import FlownLog
 
 NEEDED = (*JSON_TOPICS, "/log")
 """What metrics are made of; /map/occupied can be asked for besides."""
+
+ROOM = 128 * 2**20
+"""bytes of messages besides odometry, truth and setpoints: many hours of them, an hour of maps."""
 
 
 def read(path: Path | str, topics: Collection[str] | None = None) -> FlownLog:
@@ -31,8 +34,9 @@ def read(path: Path | str, topics: Collection[str] | None = None) -> FlownLog:
     read, is no MCAP, or holds no flight of ours.
     """
     path = Path(path)
-    scan = Scan(path)
-    taken = _Taken(frozenset(NEEDED if topics is None else topics))
+    wanted = frozenset(NEEDED if topics is None else topics)
+    scan = Scan(path, wanted)
+    taken = _Taken(wanted)
     for record in scan:
         taken.add(record)
     try:
@@ -52,11 +56,19 @@ class _Taken:
         self._metadata: dict[str, str] = {}
         self._attachments: dict[str, bytes] = {}
         self._messages: dict[str, list[Any]] = {topic: [] for topic in topics}
+        self._rows = {
+            "/odometry": records.motion_rows(),
+            "/truth": records.motion_rows(),
+            "/setpoint": records.setpoint_rows(),
+        }
+        self._touched = 0  # messages of /truth that are kept whole: the first, the first contact
         self._unreadable: Counter[str] = Counter()
+        self._room = ROOM
+        self._crowded = False
 
     def add(self, record: Any) -> None:
         match record:
-            case Message():
+            case Raw():
                 self._message(record)
             case Schema():
                 self._schemas.setdefault(record.id, record)
@@ -81,14 +93,31 @@ class _Taken:
         schema = self._schemas[channel.schema_id]
         return DecoderFactory().decoder_for(channel.message_encoding, schema)
 
-    def _message(self, message: Message) -> None:
+    def _message(self, message: Raw) -> None:
         if message.channel_id not in self._decoders:
             return
         topic, decode = self._decoders[message.channel_id]
         try:
-            self._messages[topic].append((message.log_time, decode(message.data)))
+            found = decode(message.data)
         except Exception:  # of another version or damaged: protobuf and msgspec raise many kinds
             self._unreadable[topic] += 1
+            return
+        if topic in self._rows:
+            self._rows[topic].add(found)
+            if topic != "/truth" or not self._tells_more(found):
+                return
+        self._room -= len(message.data)
+        self._crowded = self._crowded or self._room < 0
+        if not self._crowded:
+            self._messages[topic].append((message.log_time, found))
+
+    def _tells_more(self, truth: messages.Truth) -> bool:
+        """Whether contacts are looked for, and the first that is made."""
+        looked = isinstance(truth.contact, str)
+        if looked and self._touched < (2 if truth.contact else 1):
+            self._touched = 2 if truth.contact else 1
+            return True
+        return False
 
     def flown(self, path: Path, end: str) -> FlownLog:
         """Everything collected as one noun. Raises InputError when there is no flight in it."""
@@ -100,8 +129,8 @@ class _Taken:
         got = {topic: self._messages.get(topic, []) for topic in (*NEEDED, "/map/occupied")}
         bodies = {topic: [body for _, body in messages] for topic, messages in got.items()}
         offset = int(self._metadata.get("utc_offset_ns", "0"))
-        odometry, backwards = records.track(bodies["/odometry"])
-        truth, _ = records.track(bodies["/truth"])
+        odometry, backwards = records.track(self._rows["/odometry"])
+        truth, _ = records.track(self._rows["/truth"])
         return FlownLog(
             file=path.name,
             metadata=self._metadata,
@@ -109,7 +138,7 @@ class _Taken:
             odometry=odometry,
             truth=truth if len(truth.times) else None,
             contacts=records.contacts(bodies["/truth"]),
-            commands=records.commands(bodies["/setpoint"]),
+            commands=records.commands(self._rows["/setpoint"]),
             battery_times=np.array([b.time for b in bodies["/battery"]]),
             battery_shares=np.array([records.number(b.share) for b in bodies["/battery"]]),
             planner=tuple(records.planner(b) for b in bodies["/planner"]),
@@ -128,6 +157,8 @@ class _Taken:
         if end:
             span = f"{times[-1] - times[0]:.1f} s of flight" if len(times) else "no flight"
             notes.append(f"read up to the last whole chunk, {span}: {end}")
+        if self._crowded:
+            notes.append(f"only the first {ROOM // 2**20} MB of messages are read")
         if backwards:
             notes.append(f"{backwards} odometry messages out of time order are left out")
         notes += [

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from array import array
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -41,21 +42,57 @@ def _advancing(times: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
     return times > newest
 
 
-def track(found: Sequence[messages.Odometry | messages.Truth]) -> tuple[Track, int]:
-    """The samples in time order, each once; and how many went back in time."""
-    times = np.array([one.time for one in found])
-    new = _advancing(times)
-    backwards = int((np.diff(times) < 0).sum())
-    kept = [one for one, is_new in zip(found, new, strict=True) if is_new]
-    rates = [_triple(getattr(one, "angular_velocity_rad_s", UNSET)) for one in kept]
-    made = Track(
-        times=times[new],
-        positions_site=np.array([one.position_m for one in kept]),
-        velocities_site=np.array([one.velocity_m_s for one in kept]),
-        site_from_body=np.array([one.site_from_body for one in kept]),
-        angular_velocities_body=np.array(rates),
+class Rows:
+    """Numbers of the messages that come in thousands, kept as numbers and not as objects."""
+
+    def __init__(self, row: Callable[[Any], tuple[float, ...]], width: int) -> None:
+        self._row, self._width = row, width
+        self._numbers = array("d")
+
+    def add(self, message: Any) -> None:
+        """Keep one decoded message."""
+        self._numbers.extend(self._row(message))
+
+    def table(self) -> tuple[Array, int]:
+        """(n, width) in time order, each time once, the time first; and how many went back."""
+        table = np.frombuffer(self._numbers, dtype=np.float64).reshape(-1, self._width)
+        times = table[:, 0]
+        return table[_advancing(times)], int((np.diff(times) < 0).sum())
+
+
+def motion_rows() -> Rows:
+    """Of /odometry and /truth: time, position, velocity, attitude, angular velocity."""
+    return Rows(
+        lambda one: (
+            one.time,
+            *one.position_m,
+            *one.velocity_m_s,
+            *one.site_from_body,
+            *_triple(getattr(one, "angular_velocity_rad_s", UNSET)),
+        ),
+        14,
     )
-    return made, backwards
+
+
+def setpoint_rows() -> Rows:
+    """Of /setpoint: time, position, velocity, acceleration, yaw."""
+    return Rows(
+        lambda one: (
+            one.time,
+            *one.position_m,
+            *_triple(one.velocity_m_s),
+            *_triple(one.acceleration_m_s2),
+            one.yaw_rad,
+        ),
+        11,
+    )
+
+
+def track(rows: Rows) -> tuple[Track, int]:
+    """The samples in time order, each once; and how many went back in time."""
+    table, backwards = rows.table()
+    parts = table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:11], table[:, 11:14]
+    return Track(*parts), backwards
 
 
 def contacts(found: Sequence[messages.Truth]) -> tuple[Contact, ...] | None:
@@ -66,18 +103,10 @@ def contacts(found: Sequence[messages.Truth]) -> tuple[Contact, ...] | None:
     return tuple(Contact(time, name) for time, name in looked if name)[:1]
 
 
-def commands(found: Sequence[messages.Setpoint]) -> Commands:
+def commands(rows: Rows) -> Commands:
     """The setpoints in time order, each once."""
-    times = np.array([one.time for one in found])
-    new = _advancing(times)
-    kept = [one for one, is_new in zip(found, new, strict=True) if is_new]
-    return Commands(
-        times=times[new],
-        positions_site=np.array([one.position_m for one in kept]),
-        velocities_site=np.array([_triple(one.velocity_m_s) for one in kept]),
-        accelerations_site=np.array([_triple(one.acceleration_m_s2) for one in kept]),
-        yaws_site=np.array([one.yaw_rad for one in kept]),
-    )
+    table, _ = rows.table()
+    return Commands(table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:10], table[:, 10])
 
 
 def planner(one: messages.Planner) -> PlannerRecord:

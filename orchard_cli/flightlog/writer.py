@@ -14,7 +14,7 @@ import foxglove
 from foxglove.mcap import MCAPWriteOptions, MCAPWriter
 
 from orchard_cli.flightlog.pace import Pace, Rates
-from orchard_cli.flightlog.scribe import Scribe, metadata
+from orchard_cli.flightlog.scribe import Scribe, TimedRecord, metadata
 from orchard_cli.flightlog.sink import Sink
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.records import LogLine, OccupiedCells, Record, RunHeader, Severity
@@ -137,6 +137,7 @@ class _Writing:
             sink, context=self._context, writer_options=options
         )
         self._scribe: Scribe | None = None
+        self._held: list[TimedRecord] = []  # images and maps: for chunks of their own
         self._now = float("-inf")  # s, flight clock, of the newest record
         self._committed = float("-inf")
         self._told = 0
@@ -152,7 +153,10 @@ class _Writing:
             raise OSError("the disk stayed full")
         if self._sink.failure and isinstance(record, _BULKY):
             raise OSError(self._sink.failure)
-        self._scribe.write(record)
+        if isinstance(record, _BULKY):
+            self._held.append(record)
+        else:
+            self._scribe.write(record)
         self._now = record.time
         if abs(self._now - self._committed) >= CHUNK_SECONDS:
             self.commit()
@@ -168,14 +172,25 @@ class _Writing:
             self._scribe.write(LogLine(self._now, Severity.WARNING, text, "flightlog"))
 
     def commit(self) -> None:
-        """End the chunk and hand it to the disk."""
+        """End the chunk, write what was held in chunks of its own, and hand all to the disk."""
         self._committed = self._now
+        try:
+            self._write_held()
+        finally:
+            self._sink.commit()
+
+    def _write_held(self) -> None:
+        """Readers that need no images skip these chunks: most of the file."""
         self._mcap.flush()
-        self._sink.commit()
+        held, self._held = self._held, []
+        if self._scribe is not None:
+            for record in held:
+                self._scribe.write(record)
+        self._mcap.flush()
 
     def finish(self, losses: Mapping[str, int]) -> None:
         """Say what was lost, write the index and close the file."""
-        self._committed = self._now
+        self.commit()
         self.tell(losses)
         self._mcap.close()
         self._sink.close()

@@ -248,6 +248,8 @@ for one in made.flight(made.mission()):
     if getattr(one, "time", 0.0) > 130.0:
         break
     recorder.write(one)
+while recorder._queue.qsize():
+    time.sleep(0.05)
 time.sleep(0.7)
 print("ready", flush=True)
 time.sleep(60)

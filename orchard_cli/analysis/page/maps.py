@@ -9,6 +9,7 @@ from orchard_cli.model.arrays import Points
 from orchard_cli.model.world import World
 
 from ..coverage import areas, flown_lines, planned_lines
+from ..figures import Unknown
 from ..flight import Flight
 from ..turns import Turn
 from .svg import CELL, GREY, INK, LEAF, Ground
@@ -76,7 +77,7 @@ def coverage_map(flight: Flight, title: str) -> str | None:
     """Applied, missed, doubled and beside the plan; None when nothing is planned or logged."""
     mission = flight.mission
     lines = planned_lines(mission)
-    if not lines or not flight.log.spray:
+    if not lines or isinstance(flight.metrics.figures["coverage_percent"], Unknown):
         return None
     found = areas(lines, flown_lines(flight.log), mission.swath)
     points = np.vstack([mission.waypoints_site[:, :2], *lines])
