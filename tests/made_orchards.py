@@ -1,6 +1,6 @@
 """Made orchards for finding rows, and the measure of where finding begins to fail.
 
-    .venv/bin/python tests/made_orchards.py [SEEDS]
+    .venv/bin/python tests/made_orchards.py [SEEDS] [large]
 
 prints the table of docs/survey.md: 8 rows of about 25 trees at gaps of 2.7 to 3.3 m, 5 % of them
 missing, rows of different lengths and starts, any heading, positions with white GPS noise.
@@ -66,22 +66,36 @@ def measured(seeds, **kinds):
     return right / seeds, trusted / seeds, wrong / seeds, mean
 
 
-def main(seeds):
-    print("| CEP m | spacing m | right number of rows | trees right | taken | taken, wrong |")
-    print("|---|---|---|---|---|---|")
-    for radius in (None, 200.0):
-        for cep in (0.0, 0.5, 1.0, 1.5, 2.0):
-            for spacing in (3.0, 4.0, 5.0, 6.0) if radius is None else (5.0,):
-                right, trusted, wrong, trees = measured(
-                    seeds, cep=cep, spacing=spacing, radius=radius
-                )
-                bent = f" (radius {radius:g} m)" if radius else ""
-                print(
-                    f"| {cep:g} | {spacing:g}{bent} | {right:.0%} | {trees:.1%} | {trusted:.0%} "
-                    f"| {wrong:.0%} |",
-                    flush=True,
-                )
+SMALL = tuple(
+    {"cep": cep, "spacing": spacing}
+    for cep, spacing in (
+        (1.5, 5), (1.5, 4), (1.5, 6), (1.0, 4), (1.0, 3), (2.0, 6), (2.0, 5), (1.0, 5), (0.5, 3),
+        (0.5, 4),
+    )
+)  # fmt: skip
+BENT = tuple({"cep": cep, "spacing": 5, "radius": 200} for cep in (1.0, 1.5))
+LARGE = tuple(
+    {"cep": 1.5, "spacing": spacing, "rows": 20, "trees": 50, "radius": radius}
+    for spacing, radius in ((5, None), (5, 400), (4, None))
+)
+
+
+def main(seeds, kinds):
+    print("| orchard | CEP m | spacing m | rows right | trees right | taken | taken, wrong |")
+    print("|---|---|---|---|---|---|---|")
+    for kind in kinds:
+        right, trusted, wrong, trees = measured(seeds, **kind)
+        size = f"{kind.get('rows', 8)} rows of {kind.get('trees', 25)}"
+        bent = f", radius {kind['radius']:g} m" if kind.get("radius") else ""
+        print(
+            f"| {size}{bent} | {kind['cep']:g} | {kind['spacing']:g} | {right:.0%} | {trees:.1%} "
+            f"| {trusted:.0%} | {wrong:.0%} |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
+    main(
+        int(sys.argv[1]) if len(sys.argv) > 1 else 100,
+        LARGE if "large" in sys.argv else (*SMALL, *BENT),
+    )

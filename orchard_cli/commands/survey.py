@@ -12,6 +12,7 @@ import typer
 from orchard_cli.errors import Fault, InputError
 
 from . import survey_input as given
+from .survey_new import new
 
 if TYPE_CHECKING:
     from orchard_cli.survey import Survey
@@ -22,6 +23,9 @@ survey_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 @survey_app.callback()
 def survey() -> None:
     """Write, show and convert surveys."""
+
+
+survey_app.command("new")(new)
 
 
 @survey_app.command("show")

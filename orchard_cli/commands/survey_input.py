@@ -43,7 +43,7 @@ Yes = Annotated[bool, typer.Option("--yes", help="Take the rows that were found;
 
 _LARGEST_SETTINGS = 100_000  # bytes
 _TREES_SHOWN = 100_000
-_WIDTH, _HEIGHT = 72, 20  # characters of the picture
+_WIDTH, _HEIGHT = 72, 14  # characters of the picture
 
 
 def given_from(

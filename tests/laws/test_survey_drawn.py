@@ -6,6 +6,7 @@ import io
 import json
 import math
 import zipfile
+from importlib import resources
 from pathlib import Path
 
 import fastkml
@@ -13,6 +14,7 @@ import numpy as np
 import pygeoif
 import pytest
 import shapely
+from jsonschema import Draft202012Validator
 from made_surveys import (
     collection,
     csv_degrees,
@@ -372,3 +374,19 @@ def test_hostile_files_are_refused_in_one_line_each(data, form):
     for fault in refusal(data, form):
         assert str(fault).isprintable()
         assert len(str(fault)) < 400
+
+
+SCHEMA = json.loads(
+    resources.files("orchard_cli.survey").joinpath("survey.schema.json").read_text("utf-8")
+)
+
+
+def test_the_schema_in_the_package_accepts_what_is_written_and_what_crews_wrote():
+    check = Draft202012Validator(SCHEMA)
+    Draft202012Validator.check_schema(SCHEMA)
+    for data, form, given in FORMS.values():
+        check.validate(survey.parse(data, "f", form, given).tables)
+    for path in MISSIONS.glob("*.survey.*"):
+        if path.name.endswith((".survey.toml", ".survey.csv")):
+            check.validate(survey.load(path).tables)
+    assert not check.is_valid({**FIELD.tables, "row": [{"gaps_m": [-1], "tree_height_m": 2}]})

@@ -72,7 +72,7 @@ def _read(points: Points, guess: Guess) -> list[_Reading]:
     c, s = math.cos(guess.direction), math.sin(guess.direction)
     u, v = points @ np.array([c, s]), points @ np.array([-s, c])
     curve = common_curve(u, v, guess)
-    return [_Reading(guess, rows, u, curve) for rows in fits(u, v - curve)]
+    return [_Reading(guess, rows, u, curve) for rows in fits(u, v - curve, guess.spacing)]
 
 
 def _settled(points: Points, reading: _Reading) -> _Reading:
