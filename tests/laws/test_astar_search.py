@@ -116,6 +116,14 @@ def test_it_leaves_a_pocket_that_opens_away_from_the_goal():
     assert found.cells[:, 1].min() <= 4
 
 
+@given(seed=st.integers(0, 10**6), size=st.sampled_from([(16, 16), (6, 7, 5)]))
+@settings(max_examples=40, deadline=None)
+def test_every_variant_finds_a_way_where_there_is_one(seed, size):
+    blocked = field(seed, size, share=0.4)
+    found = {isinstance(SEARCHER.search(blocked, *corners(size), v), Way) for v in VARIANTS}
+    assert len(found) == 1
+
+
 def test_a_goal_behind_walls_is_an_answer_and_no_error():
     blocked = np.zeros((9, 9), bool)
     blocked[4] = True

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,9 +63,10 @@ class NoWay:
     expanded: int
 
 
-_REACH = 8  # points looked past the last one seen
+_REACH = 3  # points looked past the last one seen
 _STEPS = np.array([step for step in product((-1, 0, 1), repeat=3) if any(step)], dtype=np.int32)
 _LEVEL = _STEPS[_STEPS[:, 2] == 0]
+_LENGTHS = {len(steps): np.sqrt((steps**2).sum(axis=1)) for steps in (_STEPS, _LEVEL)}
 
 
 @dataclass(slots=True, eq=False)
@@ -78,6 +80,7 @@ class Searcher:
     _keys: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     _heap: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     _path: Cells = field(default_factory=lambda: np.empty((0, 3), np.int32))
+    _way: Cells = field(default_factory=lambda: np.empty((0, 3), np.int32))
 
     def search(
         self, blocked: Blocked, start: Cells, goal: Cells, variant: Variant = IMPROVED
@@ -88,6 +91,19 @@ class Searcher:
         start or goal outside the grid.
         """
         dimensions = blocked.ndim
+        asked = self.prepared(blocked, start, goal, variant)
+        if asked is None:
+            return NoWay(0)
+        length, expanded = _kernels.find_way(*asked)
+        if length == 0:
+            return NoWay(expanded)
+        return Way(self._way[:length, :dimensions].copy(), expanded)
+
+    def prepared(
+        self, blocked: Blocked, start: Cells, goal: Cells, variant: Variant, runs: int = 1
+    ) -> tuple[Any, ...] | None:
+        """What the kernel `find_way` takes, for `runs` calls; None when an end is blocked."""
+        dimensions = blocked.ndim
         if dimensions not in (2, 3):
             raise ValueError(f"a grid has 2 or 3 axes, not {dimensions}")
         solid = np.ascontiguousarray(blocked if dimensions == 3 else blocked[:, :, None])
@@ -96,22 +112,15 @@ class Searcher:
         if (ends < 0).any() or (ends >= solid.shape).any():
             raise ValueError("start or goal lies outside the grid")
         if solid[tuple(ends[0])] or solid[tuple(ends[1])]:
-            return NoWay(0)
+            return None
         steps = _STEPS if dimensions == 3 else _LEVEL
         self._make_room(solid.size, len(steps))
-        self._run += 1
-        length, expanded = _kernels.find_path(
-            solid, steps, np.sqrt((steps**2).sum(axis=1)), ends[0], ends[1], variant.dynamic,
-            variant.pruned, self._run, self._stamp, self._cost, self._parents, self._keys,
-            self._heap, self._path,
+        first, self._run = self._run + 1, self._run + 2 * runs  # each may try twice
+        return (
+            solid, steps, _LENGTHS[len(steps)], ends[0], ends[1], variant.dynamic, variant.pruned,
+            _REACH if variant.straight else 0, first, self._stamp, self._cost, self._parents,
+            self._keys, self._heap, self._path, self._way,
         )  # fmt: skip
-        if length == 0:
-            return NoWay(expanded)
-        cells = self._path[:length]
-        if variant.straight:
-            kept = np.empty_like(cells)
-            cells = kept[: _kernels.pull_straight(solid, cells, length, _REACH, kept)]
-        return Way(cells[:, :dimensions].copy(), expanded)
 
     def _make_room(self, cells: int, steps: int) -> None:
         if self._stamp.size < cells:
@@ -120,6 +129,7 @@ class Searcher:
             self._cost = np.empty(cells)
             self._parents = np.empty(cells, np.int32)
             self._path = np.empty((cells, 3), np.int32)
+            self._way = np.empty((cells, 3), np.int32)
         if self._heap.size < cells * steps + 1:
             self._keys = np.empty(cells * steps + 1)
             self._heap = np.empty(cells * steps + 1, np.int32)

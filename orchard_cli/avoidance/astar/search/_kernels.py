@@ -151,42 +151,52 @@ def _unwind(parents, target, ny, nz, path):
 @njit(cache=True, nogil=True)
 def sees(blocked, a, b):
     """Whether every cell that the straight line between two cells' centres touches is free."""
-    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    nx, ny, nz = abs(dx), abs(dy), abs(dz)
-    sx, sy, sz = np.sign(dx), np.sign(dy), np.sign(dz)
     i, j, k = a[0], a[1], a[2]
-    x, y, z = 0, 0, 0  # cells gone along each axis; the next wall of x lies at (2 x + 1) / (2 nx)
-    while x < nx or y < ny or z < nz:
-        ahead = np.inf
-        if x < nx:
-            ahead = (2 * x + 1) / nx
-        if y < ny:
-            ahead = min(ahead, (2 * y + 1) / ny)
-        if z < nz:
-            ahead = min(ahead, (2 * z + 1) / nz)
-        di = sx if x < nx and (2 * x + 1) / nx - ahead < 1e-12 else 0
-        dj = sy if y < ny and (2 * y + 1) / ny - ahead < 1e-12 else 0
-        dk = sz if z < nz and (2 * z + 1) / nz - ahead < 1e-12 else 0
+    dx, dy, dz = b[0] - i, b[1] - j, b[2] - k
+    sx, sy, sz = np.sign(dx), np.sign(dy), np.sign(dz)
+    every_x = 1.0 / abs(dx) if dx else np.inf  # of the line, from wall to wall of cells across x
+    every_y = 1.0 / abs(dy) if dy else np.inf
+    every_z = 1.0 / abs(dz) if dz else np.inf
+    x, y, z = 0.5 * every_x, 0.5 * every_y, 0.5 * every_z  # the next wall
+    while True:
+        ahead = min(x, y, z)
+        if ahead > 1.0:
+            return True
+        ahead += 1e-9  # walls met together are a diagonal step
+        di, dj, dk = 0, 0, 0
+        if x <= ahead:
+            di, x = sx, x + every_x
+        if y <= ahead:
+            dj, y = sy, y + every_y
+        if z <= ahead:
+            dk, z = sz, z + every_z
         if not _passable(blocked, i, j, k, di, dj, dk):
             return False
         i, j, k = i + di, j + dj, k + dk
-        x, y, z = x + abs(di), y + abs(dj), z + abs(dk)
-    return True
 
 
 @njit(cache=True, nogil=True)
 def pull_straight(blocked, path, length, reach, out):
     """Keep of a path (n, 3) only the key turning points: each is seen from the one before.
 
-    From each point the farthest seen one is taken, looking `reach` points past the last seen.
-    Fills `out`; returns its length. The result is never longer than the path.
+    From each the farthest corner of the path that is seen is taken, looking `reach` corners past
+    the last seen. Fills `out`; returns its length. The result is never longer than the path.
     """
+    corners = 1
+    for n in range(1, length - 1):
+        for axis in range(3):
+            if path[n + 1, axis] - path[n, axis] != path[n, axis] - path[n - 1, axis]:
+                path[corners] = path[n]  # behind n: nothing that is still read is lost
+                corners += 1
+                break
+    path[corners] = path[length - 1]
+    corners += 1
     out[0] = path[0]
     kept, here = 1, 0
-    while here < length - 1:
+    while here < corners - 1:
         farthest = here + 1
         n = here + 2
-        while n < length and n <= farthest + reach:
+        while n < corners and n <= farthest + reach:
             if sees(blocked, path[here], path[n]):
                 farthest = n
             n += 1
@@ -194,3 +204,30 @@ def pull_straight(blocked, path, length, reach, out):
         out[kept] = path[here]
         kept += 1
     return kept
+
+
+@njit(cache=True, nogil=True)
+def find_way(
+    blocked, steps, lengths, start, goal, dynamic, pruned, reach,
+    run, stamp, cost, parents, keys, heap, path, out,
+):  # fmt: skip
+    """`find_path`, then with a `reach` above 0 `pull_straight`; the way is in `out` (n, 3).
+
+    Where half of the steps lead nowhere, all are tried (§2.4.2), numbered `run + 1`.
+    """
+    length, expanded = find_path(
+        blocked, steps, lengths, start, goal, dynamic, pruned,
+        run, stamp, cost, parents, keys, heap, path,
+    )  # fmt: skip
+    if length == 0 and pruned:
+        length, more = find_path(
+            blocked, steps, lengths, start, goal, dynamic, False,
+            run + 1, stamp, cost, parents, keys, heap, path,
+        )  # fmt: skip
+        expanded += more
+    if length == 0:
+        return 0, expanded
+    if reach > 0:
+        return pull_straight(blocked, path, length, reach, out), expanded
+    out[:length] = path[:length]
+    return length, expanded
