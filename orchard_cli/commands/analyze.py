@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def analyze(
-    logs: Annotated[list[Path], typer.Argument(help="Logs of `orchard fly`.")],
+    logs: Annotated[
+        list[Path], typer.Argument(help="Logs of `orchard fly`, PX4 (.ulg) or ROS 2 (.mcap).")
+    ],
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
     html: Annotated[
         Path | None, typer.Option(help="Write one page that works offline to this file.")
@@ -31,14 +33,26 @@ def analyze(
     paper: Annotated[
         str, typer.Option(help="Published figures beside: liu2024-table1, -table2, none or auto.")
     ] = "auto",
+    mission: Annotated[
+        Path | None, typer.Option(help="The planned route, for logs of PX4 and ROS 2.")
+    ] = None,
+    topic: Annotated[
+        str | None, typer.Option(help="Odometry or pose topic of a ROS 2 bag; default: the only.")
+    ] = None,
+    frame: Annotated[
+        str, typer.Option(help="Frame of a ROS 2 bag: site, or enu about the site's origin.")
+    ] = "site",
 ) -> None:
     """Measure flights from their logs, and compare them."""
     if compare and len(logs) < 2:
         raise InputError(Fault("--compare", "needs two logs or more", "name another log"))
     from .analyze_document import document
-    from .analyze_logs import read_all
+    from .analyze_logs import Ways, read_all
 
-    flights, faults = read_all(logs, maps=html is not None)
+    if frame not in ("site", "enu"):
+        raise InputError(Fault("--frame", f"no frame {frame!r}", "use site or enu"))
+    ways = Ways(html is not None, mission, topic, frame == "enu")
+    flights, faults = read_all(logs, ways)
     references = published(paper, flights)
     if json:
         typer.echo(json_module.dumps(document(flights, faults, compare), indent=2, allow_nan=False))

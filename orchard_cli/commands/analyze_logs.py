@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,40 +18,72 @@ if TYPE_CHECKING:
 Faults = tuple[Fault, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """How logs are to be read."""
+
+    maps: bool = False  # keep the maps of simulated flights as well
+    mission: Path | None = None  # the planned route, where a log does not hold it
+    topic: str | None = None  # of a ROS 2 bag
+    east_north_up: bool = False  # its frame; else the site frame
+
+
 def read_all(
-    paths: Sequence[Path], maps: bool = False
+    paths: Sequence[Path], ways: Ways = Ways()
 ) -> tuple[list[Flight], list[tuple[Path, Faults]]]:
     """Every log that can be measured, and the faults of those that cannot."""
     flights, faults = [], []
     for path in paths:
         try:
-            flights.append(measured(path, maps))
+            flights.append(measured(path, ways))
         except InputError as error:
             faults.append((path, error.faults))
     return flights, faults
 
 
-def measured(path: Path, maps: bool = False) -> Flight:
-    """Read and measure one log; `maps`: keep the maps of simulated flights as well.
-
-    Raises InputError when it holds no flight or no mission.
-    """
-    from orchard_cli import mission as missions
+def measured(path: Path, ways: Ways = Ways()) -> Flight:
+    """Read and measure one log. Raises InputError when it holds no flight or no mission."""
     from orchard_cli.analysis import Flight, measure
     from orchard_cli.analysis.verdicts import verdicts
     from orchard_cli.flightlog import read
 
-    log = read(path)
-    attached = log.attachments.get("mission.json")
-    if attached is None:
-        raise InputError(Fault(str(path), "holds no mission", "it was cut off before the flight"))
-    mission = missions.loads(attached, f"{path}: mission.json")
+    log, mission = _read(path, ways)
     world = _world(log, mission, path)
-    if maps or world is None:
+    real = log.metadata.get("simulated") == "no"
+    if real or (ways.maps and log.attachments):
         log = replace(log, maps=read(path, topics=["/map/occupied"]).maps)
     clearances = _clearances(log, world)
     metrics = measure(log, mission, clearances)
     return Flight(log, mission, world, clearances, metrics, verdicts(metrics, mission))
+
+
+def _read(path: Path, ways: Ways) -> tuple[FlownLog, Mission]:
+    """The log, whoever wrote it, and the mission that it was to fly."""
+    from orchard_cli import mission as missions
+    from orchard_cli.flightlog import read
+    from orchard_cli.flightlog.foreign.kinds import Kind, kind_of
+
+    kind = kind_of(path)
+    given = None if ways.mission is None else missions.load(ways.mission)
+    if kind is Kind.OURS:
+        log = read(path)
+        attached = log.attachments.get("mission.json")
+        if given is None and attached is None:
+            raise InputError(
+                Fault(str(path), "holds no mission", "it was cut off early; name it: --mission")
+            )
+        return log, given or missions.loads(attached or b"", f"{path}: mission.json")
+    if given is None:
+        what = f"is a {kind.value} log, which holds no mission"
+        raise InputError(Fault(str(path), what, "name the planned route with --mission"))
+    if kind is Kind.ULOG:
+        from orchard_cli.flightlog.foreign.ulog import read_ulog
+
+        return read_ulog(path, given), given
+    from orchard_cli.flightlog.foreign.ros import read_ros
+
+    heading = given.orchard.origin.heading if ways.east_north_up else None
+    return read_ros(path, ways.topic, heading), given
 
 
 def _world(log: FlownLog, mission: Mission, path: Path) -> World | None:
@@ -71,7 +103,9 @@ def _clearances(log: FlownLog, world: World | None) -> Clearances | Unknown:
     from orchard_cli.geometry.clearance import clearance
 
     if world is None:
-        return Unknown("a real flight: the world is not known")
+        foreign = log.metadata.get("simulated") == "unknown"
+        who = f"a {log.system} log" if foreign else "a real flight"
+        return Unknown(f"{who}: the world is not known")
     if log.truth is None:
         return Unknown("the log holds no true path")
     found = clearance(world, log.truth.positions_site, log.truth.times)
