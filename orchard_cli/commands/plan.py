@@ -69,7 +69,9 @@ def plan(
     missions.save(mission, out)
     for path in exports or ():
         write_export([mission], chosen_format(path, None), path)
-    figures = summary(mission, missions.measured_corner_cut(mission), missions.notes(mission))
+    told = surveyed.recognised.notes if surveyed.recognised else ()
+    notes = (*told, *missions.notes(mission))
+    figures = summary(mission, missions.measured_corner_cut(mission), notes)
     if as_json:
         json.dump({**figures, "mission": str(out)}, sys.stdout)
         sys.stdout.write("\n")

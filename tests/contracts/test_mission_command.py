@@ -74,3 +74,14 @@ def test_a_folder_in_place_of_a_survey_is_told_in_one_line(survey):
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert "is no regular file" in line
+
+
+def test_a_drawing_is_planned_unasked_where_stdin_is_no_terminal(tmp_path):
+    folder, out = SURVEY.parent, tmp_path / "m.json"
+    settings = str(folder / "lemon-field.settings.toml")
+    drawn = str(folder / "lemon-field.trees.geojson")
+    done = orchard_plan(drawn, "--settings", settings, "-o", str(out), "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    figures = json.loads(done.stdout)
+    assert (figures["waypoints"], figures["notes"][0]) == (10, "a boundary")
+    assert figures["route_length_m"] == pytest.approx(224.33, abs=0.01)
