@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orchard_cli.avoidance import Blind, Ego, Guided
+from orchard_cli.avoidance import Blind, Ego, Guided, Zones
 from orchard_cli.errors import Fault, InputError, LinkError
 from orchard_cli.flight.helm import Errand
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
@@ -25,6 +25,7 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.world import World
+from orchard_cli.perception import DepthDetector, RgbdEyes
 from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
 from orchard_cli.simulator.fleet import kit
 from orchard_cli.simulator.rendered_camera import RenderedCamera
@@ -36,10 +37,18 @@ if TYPE_CHECKING:
 
 DEADMAN = 0.5  # s of real time
 BLIND = Tolerances(frame_age=math.inf, planner_age=math.inf)
+
+
+def _zones() -> Avoidance:
+    """With eyes that need no weights."""
+    return Zones(RgbdEyes(DepthDetector()))
+
+
 SYSTEMS: dict[str, Callable[[], Avoidance]] = {
     "guided": Guided,
     "ego": Ego,
     "ego-published": Ego.published,
+    "zones": _zones,
     "none": Blind,
 }
 

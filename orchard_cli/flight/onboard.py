@@ -68,7 +68,7 @@ class Onboard:
         self._grid.clear_sphere(job.vehicle.position_site, self._limits.airframe_radius)
         self._grid.decay(job.frame.time)
         mapped = perf_counter()
-        verdict = self._judge(job)
+        verdict = self._judge(job, pose)
         stages = {
             "map_update": (mapped - began) * 1e3,
             "plan": (perf_counter() - mapped) * 1e3,
@@ -76,7 +76,7 @@ class Onboard:
         }
         return self._result(job, True, verdict, stages, began)
 
-    def _judge(self, job: OnboardJob) -> Verdict:
+    def _judge(self, job: OnboardJob, frame_pose: Pose) -> Verdict:
         if job.active is None or job.reference is None:
             return Keep("nothing to check yet")
         return self._avoidance.plan(
@@ -89,6 +89,7 @@ class Onboard:
                 grid=self._grid,
                 frame=job.frame,
                 limits=self._limits if job.load is None else job.load.limits(self._limits),
+                frame_pose=frame_pose,
                 sensed=job.sensed,
                 load=job.load,
             )

@@ -38,6 +38,7 @@ class Reporter:
         self._result: OnboardResult | None = None
         self._avoidances = 0
         self._was_avoiding = False
+        self._alarm = ""  # of the last onboard cycle
 
     def say(self, now: float, severity: Severity, text: str) -> None:
         """A sentence for the log."""
@@ -47,6 +48,10 @@ class Reporter:
         """An onboard cycle ended."""
         self._result = result
         self._recorder.write(result.record)
+        alarm = result.verdict.alarm
+        if alarm and alarm != self._alarm:
+            self.say(result.job.now, Severity.WARNING, alarm)
+        self._alarm = alarm
         if result.occupied is not None:
             self._recorder.write(result.occupied)
 

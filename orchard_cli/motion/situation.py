@@ -17,7 +17,7 @@ from orchard_cli.model.mission import Limits
 from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
-from orchard_cli.model.vehicle import VehicleState
+from orchard_cli.model.vehicle import Pose, VehicleState
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,6 +32,7 @@ class Situation:
     grid: OccupancyGrid
     frame: DepthFrame  # newest
     limits: Limits
+    frame_pose: Pose | None = None  # the body's at the frame's time; None: not known
     load: Load | None = None  # of the vehicle's tank; `limits` are for it
     sensed: Sensed = field(default_factory=Sensed)  # newest scans of the sensors in `needs`
 
@@ -43,6 +44,7 @@ class Keep:
     why: str = "free"
     blocked_at: float | None = None
     stages_ms: Mapping[str, float] = field(default_factory=dict)
+    alarm: str = ""  # what the pilot must hear at once
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +59,7 @@ class Avoid:
     guide_site: Points = field(default_factory=lambda: np.empty((0, 3)))
     yaw_site: float | None = None  # rad, to look there until the rejoin; None: along the way
     stages_ms: Mapping[str, float] = field(default_factory=dict)
+    alarm: str = ""  # what the pilot must hear at once
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +70,7 @@ class Stop:
     why: str
     blocked_at: float
     stages_ms: Mapping[str, float] = field(default_factory=dict)
+    alarm: str = ""  # what the pilot must hear at once
 
 
 Verdict = Keep | Avoid | Stop

@@ -3,12 +3,18 @@
 import numpy as np
 import pytest
 
-from orchard_cli.avoidance import Blind, Ego, Guided
+from orchard_cli.avoidance import Blind, Ego, Guided, Zones
 from orchard_cli.motion.situation import Avoid, Keep, Stop
+from orchard_cli.perception import DepthDetector, RgbdEyes
 
 from ..pole_world import PoleMap, same_until, situation, straight_route
 
-SYSTEMS = [Guided, Ego, Blind]
+
+def zones():
+    return Zones(RgbdEyes(DepthDetector()))
+
+
+SYSTEMS = [Guided, Ego, zones, Blind]
 ROUTE = straight_route(40.0)
 WORLDS = {
     "empty": [],
@@ -73,4 +79,4 @@ def test_a_stop_ends_at_rest(make):
 
 @pytest.mark.parametrize("make", SYSTEMS)
 def test_has_a_name_for_the_command_line(make):
-    assert make().name in ("guided", "ego", "none")
+    assert make().name in ("guided", "ego", "zones", "none")
