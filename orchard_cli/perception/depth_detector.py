@@ -30,10 +30,10 @@ class DepthDetectorSettings:
 
     far: float = 10.0  # m along the optical axis: surfaces beyond are not looked at
     widest: int = 424  # px: larger images are shrunk to at most this, nearest surface first
-    gap: float = 0.25  # m of depth between neighbours of one surface: leaves
+    gap: float = 0.2  # m of depth between neighbours of one surface: leaves
     disparity: float = 0.1  # px, the stereo pair's error
     baseline: float = 0.095  # m between the pair
-    noises: float = 2.5  # times the camera's error that neighbours may differ besides
+    noises: float = 1.3  # times the camera's error that neighbours may differ besides
     ground: tuple[float, float, float] = (0.0, 0.0, 0.0)  # z = a x + b y + c of the site frame
     above_ground: float = 0.25  # m that count as ground
     slack: float = 0.02  # m more for each metre away: errors of attitude

@@ -74,10 +74,9 @@ def rejoin_at(reference: Trajectory, first: int, place: Vector, lead: float) -> 
 def smooth(corners_site: Points) -> Points:
     """A path (m, 3) m along corners (n, 3) m, each rounded as much as its legs allow."""
     apart = np.linalg.norm(np.diff(corners_site, axis=0), axis=1)
-    kept = corners_site[np.concatenate([[True], apart > SHORT])]
+    kept: Points = corners_site[np.concatenate([[True], apart > SHORT])]
     if len(kept) < 3:
-        ends: Points = kept if len(kept) == 2 else corners_site[[0, -1]]
-        return ends
+        return kept if len(kept) == 2 else np.asarray(corners_site[[0, -1]])
     try:
         points: Points = rounded(kept, WIDE).points_site
     except ValueError:  # a turn straight back: no smooth path has it

@@ -27,5 +27,5 @@ class ZonesSettings:
     look_ahead: float = 7.0  # m of path that is checked in the map
     gentle: float = 0.6  # share of the acceleration limit for early braking
     stop_short: float = 0.2  # m before what blocks
-    confirmed: int = 2  # looks that must agree
+    confirmed: int = 3  # looks that must agree
     forget: float = 1.0  # s after which what is not seen again is forgotten

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orchard_cli.model.obstacles import Obstacle
+from orchard_cli.model.obstacles import Category, Obstacle
 
 LEARN = 0.25  # share of a new look in what is known, at least
 NEAR = 1.0  # m between two looks at the same thing, at most; more when it is wide
@@ -15,11 +15,16 @@ NEAR = 1.0  # m between two looks at the same thing, at most; more when it is wi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """One thing, seen `looks` times, last at `time`."""
+    """One thing, last seen at `time`, and how often it was taken for what."""
 
     obstacle: Obstacle
-    looks: int
+    votes: Mapping[Category, int]
     time: float  # s
+
+    @property
+    def looks(self) -> int:
+        """How often it was seen."""
+        return sum(self.votes.values())
 
 
 def follow(
@@ -31,11 +36,13 @@ def follow(
     for obstacle in seen:
         same = [t for t in left if _same(t.obstacle, obstacle)]
         if not same:
-            after.append(Track(obstacle, 1, now))
+            after.append(Track(obstacle, {obstacle.category: 1}, now))
             continue
         nearest = min(same, key=lambda t: _apart(t.obstacle, obstacle))
         left = [t for t in left if t is not nearest]
-        after.append(Track(_blend(nearest, obstacle), nearest.looks + 1, now))
+        votes = dict(nearest.votes)
+        votes[obstacle.category] = votes.get(obstacle.category, 0) + 1
+        after.append(Track(_blend(nearest, obstacle, votes), votes, now))
     return (*after, *(t for t in left if now - t.time < forget))
 
 
@@ -47,15 +54,20 @@ def _same(a: Obstacle, b: Obstacle) -> bool:
     return _apart(a, b) < max(NEAR, min(a.width, b.width) / 2)
 
 
-def _blend(track: Track, seen: Obstacle) -> Obstacle:
-    """A running mean. A look that the image's edge cuts teaches nothing new about size and place
-    of what was seen whole."""
-    known = track.obstacle
+def _blend(track: Track, seen: Obstacle, votes: Mapping[Category, int]) -> Obstacle:
+    """A running mean of the looks that took it for what most of them do.
+
+    A look that the image's edge cuts teaches nothing new about size and place of what was seen
+    whole.
+    """
+    known, most = track.obstacle, max(votes, key=lambda category: votes[category])
+    if seen.category is not most:
+        return known
+    if known.category is not most or (known.cut and not seen.cut):
+        return seen
     if seen.cut and not known.cut:
         return known
-    if known.cut and not seen.cut:
-        return seen
-    gain = max(1.0 / (track.looks + 1), LEARN)
+    gain = max(1.0 / (votes[most] + 1), LEARN)
     return replace(
         seen,
         width=known.width + gain * (seen.width - known.width),
