@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from orchard_cli.avoidance import Zones
-from orchard_cli.avoidance.zones.points import Way
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.obstacles import Category, Detection, Obstacle, Sighting
 
-from ..pole_world import PoleMap, avoids, fly, straight_route
+from ..pole_world import PoleMap, fly, straight_route
 
 LIMITS = Limits()
 ROUTE = straight_route(40.0)
