@@ -13,7 +13,14 @@ from orchard_cli.model.vehicle import Answer, Command, FlightMode, Landed, Pose,
 from orchard_cli.simulator.scene import Scene
 
 FRAME_PERIOD = 1 / 15
+CLIMB = 10.0  # m/s
+SETTLE = 0.3  # s at height before the take-off is over
 STANDING = np.array([0.0, 0.0, 0.15])  # m, legs: the camera is never in the ground
+
+
+def _settled(ideal):
+    if ideal.mode is FlightMode.TAKEOFF:
+        ideal.mode = FlightMode.HOLD
 
 
 class IdealWorld:
@@ -32,8 +39,11 @@ class IdealWorld:
         self.answered: list[Answer] = []
         self.asked: list[Command] = []
         self.setpoint = None
+        self.climb_to = None
         self.setpoints = []
         self.history: list[Pose] = []
+        self.offset = np.zeros(3)  # m, by which what it tells and takes is off
+        self.velocities = {}  # by time of the pose
         self.deaf = False
         self.blind = False
         self.refuse: dict[Command, str] = {}
@@ -61,13 +71,24 @@ class IdealWorld:
             self.battery -= dt / 600
         if self.mode is FlightMode.OFFBOARD and self.setpoint is not None:
             s = self.setpoint
-            self.position, self.velocity, self.yaw = s.position_site, s.velocity_site, s.yaw_site
+            self.position, self.velocity = s.position_site - self.offset, s.velocity_site
+            self.yaw = s.yaw_site
+        if self.climb_to is not None:
+            self.velocity = np.array([0.0, 0.0, CLIMB])
+            self.position = self.position + self.velocity * dt
+            if self.position[2] >= self.climb_to:
+                self.position[2] = self.climb_to
+                self.climb_to, self.velocity = None, np.zeros(3)
+                self.events.append((self.time + SETTLE, _settled))
         if self.mode is FlightMode.LAND and self.landed is not Landed.ON_GROUND:
             self.position = self.position - [0, 0, 0.7 * dt]
             if self.position[2] <= 0:
                 self.landed, self.armed, self.mode = Landed.ON_GROUND, False, FlightMode.HOLD
         if not self.deaf:
-            self.history.append(self._pose())
+            pose = self._pose()
+            told = pose.position_site + self.offset
+            self.history.append(Pose(pose.time, told, pose.site_from_body))
+            self.velocities[self.time] = self.velocity
         if not self.blind and self.time >= self._frames * FRAME_PERIOD:
             pose = self._pose()
             depth = self.scene.render(
@@ -90,7 +111,8 @@ class IdealWorld:
             return None
         pose = known[-1]
         return VehicleState(
-            pose.time, pose.position_site, self.velocity, pose.site_from_body, np.zeros(3),
+            pose.time, pose.position_site, self.velocities[pose.time],
+            pose.site_from_body, np.zeros(3),
             self.armed, self.mode, self.landed, pose.time, self.battery, 16.0, True,
         )  # fmt: skip
 
@@ -119,8 +141,8 @@ class IdealWorld:
         if command is Command.ARM:
             self.armed = True
         elif command is Command.TAKEOFF:
-            self.position = np.array([*self.position[:2], height])
-            self.landed = Landed.IN_AIR
+            self.climb_to = height
+            self.landed, self.mode = Landed.IN_AIR, FlightMode.TAKEOFF
         elif command is Command.OFFBOARD:
             self.mode = FlightMode.OFFBOARD
         elif command is Command.LAND:

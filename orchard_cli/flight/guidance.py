@@ -84,6 +84,10 @@ class Guidance:
         self._stand = state.position_site.copy()
         self._yaw, self._yaw_rate = state.yaw_site, 0.0
 
+    def face(self, yaw_site: float) -> None:
+        """Go on turning from where the nose is."""
+        self._yaw, self._yaw_rate = yaw_site, 0.0
+
     def brake(self, now: float) -> None:
         """Come to rest along the active trajectory and stand there."""
         self._legs, self._reference = [], None

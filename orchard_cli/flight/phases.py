@@ -11,7 +11,7 @@ from dataclasses import replace
 from orchard_cli.model.vehicle import Command, FlightMode
 
 from .rules import RULES, off_plan
-from .safety import MODES_ASKED, TABLE, Phase, Seen, Tolerances, hazards, reaction
+from .safety import MODES_ASKED, TABLE, Hazard, Phase, Seen, Tolerances, hazards, reaction
 from .stage import Decision, Stage, Steer
 
 ASK_AGAIN = 2.0  # s between two requests of the same thing: modes are told once a second
@@ -26,6 +26,9 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
     """Decide the next stage, what to stream and what to ask for."""
     found = hazards(stage.phase, now - stage.since, stage.engaged, seen, tolerances)
     overruled = reaction(stage.phase, found)
+    if stage.phase is Phase.HOLD and overruled is not None and _held_back(overruled, found):
+        stage = replace(stage, returning=True, as_planned=False)  # home, as soon as that is safe
+        overruled = None
     if overruled is not None:
         target, hazard = overruled
         why = hazard.value if seen.refused is None else f"{hazard.value} ({seen.refused})"
@@ -42,6 +45,12 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
         command = Command.DISARM  # it may be arming at this moment
     matter = tuple(h for h in found if stage.phase is Phase.HOLD or TABLE[stage.phase, h])
     return Decision(after, _steer(after, seen, tolerances), command, matter)
+
+
+def _held_back(overruled: tuple[Phase, Hazard], found: tuple[Hazard, ...]) -> bool:
+    """Whether a way home would be held again at once: it would go on and off in every cycle."""
+    again = any(TABLE[Phase.RETURN, hazard] is Phase.HOLD for hazard in found)
+    return overruled[0] is Phase.RETURN and again
 
 
 def _engaged(stage: Stage, after: Stage, seen: Seen, tolerances: Tolerances) -> bool:

@@ -112,7 +112,13 @@ def _hold(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage
     return stage
 
 
-_PASSING = {Hazard.FRAME_LATE, Hazard.PLANNER_LATE, Hazard.OFF_TRACK, Hazard.LINK_SILENT}
+_PASSING = {
+    Hazard.FRAME_LATE,
+    Hazard.PLANNER_LATE,
+    Hazard.OFF_TRACK,
+    Hazard.LINK_SILENT,
+    Hazard.JUMPED,
+}
 
 
 def _awake(seen: Seen, tolerances: Tolerances) -> bool:
@@ -126,7 +132,7 @@ def _awake(seen: Seen, tolerances: Tolerances) -> bool:
         (seen.silence, tolerances.silence),
     )
     fresh = all(age < AWAKE or math.isinf(limit) for age, limit in ages)
-    return fresh and seen.off_track < 0.5
+    return fresh and seen.off_track < 0.5 and seen.since_jump > CALM
 
 
 def _give_up(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage:

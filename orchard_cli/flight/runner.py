@@ -20,6 +20,7 @@ from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep
 
+from .anchored import Anchored
 from .gauge import Gauge
 from .helm import Errand, Helm
 from .inbox import Inbox
@@ -75,6 +76,7 @@ class Flight:
     def __init__(self, mission: Mission, gear: Gear, tolerances: Tolerances | None = None) -> None:
         self._mission = mission
         self._gear = gear
+        self._vehicle = Anchored(gear.vehicle)
         self._tolerances = tolerances or Tolerances()
         self._helm = Helm(mission, gear.errands)
         self._inbox = Inbox()
@@ -85,6 +87,7 @@ class Flight:
         self._asked: tuple[Request, float] | None = None
         self._upright = math.inf  # s, when the vehicle was last seen flying as it should
         self._streaming = False
+        self._jumped = -math.inf  # s, when the position estimate last jumped
 
     def run(self) -> Ending:
         """Fly until the flight has ended; always leaves the stream stopped and the guard off."""
@@ -98,19 +101,20 @@ class Flight:
                 stage = self._cycle(stage, gear.clock.now())
                 flown = flown or stage.phase is Phase.TAKEOFF
         except Exception:
-            gear.vehicle.command(Command.HOLD)  # nobody will decide any more
+            self._vehicle.command(Command.HOLD)  # nobody will decide any more
             raise
         finally:
             self._gauge.run(False, gear.clock.now())
-            gear.vehicle.stop_sending()
+            self._vehicle.stop_sending()
             gear.guard.disarm()
-        state = gear.vehicle.state()
+        state = self._vehicle.state()
         lost = state is not None and gear.clock.now() - state.heard > LOST
         refused = not flown and stage.cause is None
         return Ending(stage.as_planned, stage.why, lost or refused)
 
     def _cycle(self, stage: Stage, now: float) -> Stage:
-        state = self._gear.vehicle.state()
+        state = self._vehicle.state()
+        self._steady(state, now)
         self._look(now)
         self._think(state, now)
         seen = self._gather(stage, state, now)
@@ -125,6 +129,14 @@ class Flight:
         self._act(decision, state, now)
         self._tell(decision, seen, now)
         return after
+
+    def _steady(self, state: VehicleState | None, now: float) -> None:
+        """Tell of jumps of the estimate; the nose is now where it seems to be."""
+        for jump in self._vehicle.jumps():
+            self._jumped = now
+            self._gear.reporter.say(now, Severity.WARNING, str(jump))
+            if jump.turned and state is not None:
+                self._helm.guidance.face(state.yaw_site)
 
     def _look(self, now: float) -> None:
         """Take the newest frame and the newest scans, and log what is new."""
@@ -151,7 +163,7 @@ class Flight:
         frame = self._inbox.take(state.time) if state is not None and worker.idle() else None
         if frame is None or state is None:
             return
-        poses = self._gear.vehicle.poses(frame.time - 0.2)
+        poses = self._vehicle.poses(frame.time - 0.2)
         job = OnboardJob(
             now, now + COMMIT, frame, poses, state, guidance.active, guidance.reference,
             self._sensed, self._gauge.load,
@@ -205,13 +217,15 @@ class Flight:
             not_ready=not_ready(self._mission, state, frame_age, planner_age, tolerances)
             if checking
             else (),
+            since_jump=now - self._jumped,
+            strayed=float(np.linalg.norm(self._vehicle.shift_site)),
             request=None if self._asked is None else self._asked[0],
             refused=self._refused,
         )
 
     def _hear(self, now: float) -> None:
         """Answers of the autopilot, and requests of the operator."""
-        for answer in self._gear.vehicle.answers():
+        for answer in self._vehicle.answers():
             self._refused = None if answer.accepted else answer.said
             severity = Severity.INFO if answer.accepted else Severity.WARNING
             self._gear.reporter.say(answer.time, severity, f"{answer.command.value}: {answer.said}")
@@ -261,7 +275,7 @@ class Flight:
 
     def _act(self, decision: Decision, state: VehicleState | None, now: float) -> None:
         """Stream, ask, and keep the guard fed for as long as something is streamed."""
-        vehicle, guard = self._gear.vehicle, self._gear.guard
+        vehicle, guard = self._vehicle, self._gear.guard
         setpoint = None if state is None else self._helm.steer(decision, state, now)
         if setpoint is not None:
             vehicle.send(setpoint)

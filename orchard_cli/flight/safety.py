@@ -6,6 +6,7 @@ the first one present decides. A cell names the phase to go to, or STAY.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -38,7 +39,9 @@ class Hazard(Enum):
     LINK_SILENT = "no telemetry"
     RETURN_ASKED = "return asked for"
     BATTERY_LOW = "battery at the share needed to come back"
+    STRAYED = "the position estimate has jumped too far in this flight"
     HOLD_ASKED = "hold asked for"
+    JUMPED = "the position estimate jumped"
     OFF_TRACK = "the vehicle is not where it was sent"
     FRAME_LATE = "no fresh depth frame"
     PLANNER_LATE = "the planner is late"
@@ -62,7 +65,9 @@ _ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
     Hazard.LINK_SILENT:      (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.RETURN_ASKED:     (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
     Hazard.BATTERY_LOW:      (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
+    Hazard.STRAYED:          (STAY,  _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
     Hazard.HOLD_ASKED:       (_OVER, _LAND, _HOLD, _HOLD, _HOLD, _HOLD, _HOLD, STAY,  STAY, STAY),
+    Hazard.JUMPED:           (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.OFF_TRACK:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.FRAME_LATE:       (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.PLANNER_LATE:     (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
@@ -94,6 +99,8 @@ class Tolerances:
     off_track: float = 1.5  # m between the vehicle and its setpoint
     sunk: float = 1.5  # m under its setpoint: it falls
     falling: float = 0.3  # s of falling, or of lying on the ground, before it counts
+    jumped: float = 1.0  # s for which a jump of the position estimate counts
+    strayed: float = 4.0  # m by which the estimate may have jumped in all; the fence is off as much
     mode_grace: float = 2.0  # s, modes are told once a second
 
 
@@ -118,6 +125,8 @@ class Seen:
     return_share: float  # of the battery, needed to come back from here, with the reserve
     critical_share: float  # of the battery, below it land at once
     not_ready: tuple[str, ...]  # reasons against arming
+    since_jump: float = math.inf  # s since the position estimate jumped
+    strayed: float = 0.0  # m by which it has jumped since arming, in all
     request: Request | None = None
     refused: str | None = None  # what the autopilot said when it last refused
 
@@ -172,6 +181,8 @@ def hazards(
         (seen.request is Request.RETURN, Hazard.RETURN_ASKED),
         (seen.request is Request.HOLD, Hazard.HOLD_ASKED),
         (seen.silence > tolerances.silence, Hazard.LINK_SILENT),
+        (seen.since_jump < tolerances.jumped, Hazard.JUMPED),
+        (seen.strayed > tolerances.strayed, Hazard.STRAYED),
         (seen.off_track > tolerances.off_track, Hazard.OFF_TRACK),
         (seen.frame_age > tolerances.frame_age, Hazard.FRAME_LATE),
         (seen.planner_age > tolerances.planner_age, Hazard.PLANNER_LATE),

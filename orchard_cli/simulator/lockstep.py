@@ -16,6 +16,7 @@ from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleSt
 from orchard_cli.model.world import World
 
 from .autopilot import Autopilot, Mode, Result, Wanted
+from .faults import SimulatedFault
 from .run import Run
 from .settings import SimulatorSettings
 
@@ -59,6 +60,10 @@ class LockstepSimulator:
     def time(self) -> float:
         """Simulated seconds since boot."""
         return self._run.time
+
+    def inject(self, fault: SimulatedFault) -> None:
+        """Make something go wrong from the next tick on."""
+        self._run.inject(fault)
 
     def step(self) -> None:
         """Advance by one tick."""

@@ -9,6 +9,8 @@ import time
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
+import numpy as np
+
 from orchard_cli.errors import LinkError
 from orchard_cli.model.depth import DepthCamera, DepthFrame, d455
 from orchard_cli.model.records import TruthRecord
@@ -18,6 +20,7 @@ from orchard_cli.model.world import World
 
 from .autopilot import TICK
 from .board import Board
+from .faults import OriginMove, SimulatedFault
 from .mavlink import Endpoint, UdpLink
 from .run import Run, mounted
 from .settings import SimulatorSettings
@@ -95,6 +98,10 @@ class SimulatorProcess:
     def pid(self) -> int | None:
         """The process's number."""
         return self._process.pid
+
+    def inject(self, fault: SimulatedFault) -> None:
+        """Make something go wrong in the simulation, within a quarter of a simulated second."""
+        self._pipe.send(fault)
 
     def close(self) -> None:
         """End the process, whatever it is doing. May be called again."""
@@ -215,8 +222,22 @@ def _main(
         link.send(endpoint.tick())
         if tick % LOOK_EVERY == 0:
             board.set_achieved(pace.achieved(run.time))
-            if pipe.poll():  # nothing is ever sent: it can only be the end
+            if not _inject_all(pipe, run, endpoint):
                 return
+
+
+def _inject_all(pipe: Connection, run: Run, endpoint: Endpoint) -> bool:
+    """Make happen what the starter asks for; False once the starter is gone."""
+    try:
+        while pipe.poll():
+            fault: SimulatedFault = pipe.recv()
+            if isinstance(fault, OriginMove):
+                endpoint.earth.move(np.array(fault.moved_site))
+            else:
+                run.inject(fault)
+    except (EOFError, OSError):
+        return False
+    return True
 
 
 def _warm_up(run: Run) -> None:

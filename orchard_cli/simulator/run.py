@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
+
 from orchard_cli.model.depth import DepthCamera, DepthFrame, d455
 from orchard_cli.model.records import TruthRecord
 from orchard_cli.model.sensors import (
@@ -19,6 +21,7 @@ from orchard_cli.model.sensors import (
 from orchard_cli.model.world import World
 
 from .autopilot import TICK, Autopilot
+from .faults import EstimateJump, OriginMove, SimulatedFault
 from .scene import Scene
 from .sensors import RadarModel, RangeModel
 from .settings import SimulatorSettings
@@ -79,6 +82,14 @@ class Run:
     def time(self) -> float:
         """Simulated seconds since boot."""
         return self.autopilot.time
+
+    def inject(self, fault: SimulatedFault) -> None:
+        """Make something go wrong from the next tick on."""
+        match fault:
+            case EstimateJump():
+                self.autopilot.craft.jump_estimate(np.array(fault.moved_site), fault.turned)
+            case OriginMove():
+                raise ValueError("there is no local origin without MAVLink")
 
     def step(self) -> Due:
         """Fly one tick; the truth, the frame and the scans that fell due in it."""

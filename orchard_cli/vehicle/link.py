@@ -10,10 +10,8 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import mavsdk
@@ -30,12 +28,11 @@ from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
 
 from orchard_cli.errors import LinkError
-from orchard_cli.geometry.geodesy import site_from_wgs84
 from orchard_cli.model.site import SiteOrigin
 from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
 
 from .failsafes import Finding, judge, rules
-from .frames import LocalFrame
+from .origin import LocalOrigin, Place
 from .port_lock import PortLock
 from .telemetry import TelemetryFeed
 
@@ -72,7 +69,7 @@ def connect(
     hub = mavsdk.Mavsdk(configuration)
     try:
         system = first_autopilot(hub, url, patience)
-        return MavsdkVehicle(hub, system, _Place(origin, ground_site), now, lock)
+        return MavsdkVehicle(hub, system, Place(origin, ground_site), now, lock)
     except BaseException:
         hub.destroy()
         lock.release()
@@ -96,19 +93,11 @@ def first_autopilot(hub: mavsdk.Mavsdk, url: str, patience: float) -> Any:
     return system
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """Where the site is, and how high the ground under the standing vehicle."""
-
-    origin: SiteOrigin
-    ground_site: float  # m
-
-
 class MavsdkVehicle:
     """Fits flight/ports.py `Vehicle`."""
 
     def __init__(
-        self, hub: mavsdk.Mavsdk, system: Any, place: _Place, now: Now, lock: PortLock
+        self, hub: mavsdk.Mavsdk, system: Any, place: Place, now: Now, lock: PortLock
     ) -> None:
         self._hub = hub
         self._lock = lock
@@ -119,17 +108,27 @@ class MavsdkVehicle:
         self._events = Events(system)
         self._offboard: Any = Offboard(system)
         self._telemetry = Telemetry(system)
-        self._frame = self._local_frame(place, FIX_PATIENCE)
+        self._local = LocalOrigin(self._telemetry, place)
+        self._frame = self._local.wait(FIX_PATIENCE)
         self._feed = TelemetryFeed(self._telemetry, self._frame, now)
         self._answers: deque[Answer] = deque()
         self._wishes: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._worker = threading.Thread(target=self._work, name="vehicle-commands", daemon=True)
         self._worker.start()
+        self._local.watch()
         system.subscribe_is_connected(self._on_connected)
         self._on_connected(True, None)
 
     def state(self) -> VehicleState | None:
-        """Newest telemetry, in the site frame."""
+        """Newest telemetry, in the site frame.
+
+        Where the local origin was found to have moved, the frame changes here and nowhere else:
+        what is sent next is in the same frame as what was told last.
+        """
+        move = self._local.take()
+        if move is not None:
+            self._frame = move.frame
+            self._feed.reframe(move.frame, move.sunk)
         return self._feed.state()
 
     def poses(self, since: float) -> tuple[Pose, ...]:
@@ -205,6 +204,7 @@ class MavsdkVehicle:
 
     def close(self) -> None:
         """Stop the stream and let go of the link."""
+        self._local.close()
         self._wishes.put(None)
         self._worker.join(timeout=5.0)
         self._hub.destroy()
@@ -216,25 +216,6 @@ class MavsdkVehicle:
             return float(read(name))
         except mavsdk.MavsdkError:
             return None
-
-    def _local_frame(self, place: _Place, patience: float) -> LocalFrame:
-        """The autopilot tells its global origin only once it has a fix, and not before."""
-        until = time.monotonic() + patience
-        while True:
-            try:
-                local = self._telemetry.get_gps_global_origin()
-                break
-            except mavsdk.MavsdkError:
-                if time.monotonic() > until:
-                    raise LinkError(
-                        f"the autopilot knows no position on earth after {patience:.0f} s; "
-                        "wait for a GPS fix under the open sky"
-                    ) from None
-                time.sleep(0.2)
-        origin = place.origin
-        there = np.array([[local.latitude_deg, local.longitude_deg, origin.height]])
-        x, y, _ = site_from_wgs84(origin, there)[0]
-        return LocalFrame(origin.heading, np.array([x, y, place.ground_site]))
 
     def _on_connected(self, connected: bool, _: Any) -> None:
         """An autopilot that rebooted has forgotten its rates; commands do not wait for them."""

@@ -6,12 +6,14 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from mavsdk.plugins.telemetry import FlightMode as MavFlightMode
 from mavsdk.plugins.telemetry import LandedState, Telemetry
 
+from orchard_cli.model.arrays import Vector
 from orchard_cli.model.vehicle import FlightMode, Landed, Pose, VehicleState
 
 from .frames import LocalFrame, flu_from_frd
@@ -56,13 +58,23 @@ def health_problems(health: Any) -> tuple[str, ...]:
     return tuple(words for name, words in _HEALTH_WORDS if not getattr(health, name, False))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _NedPose:
+    """A pose as it was told, in local NED and FRD."""
+
+    time: float  # s, flight clock
+    position_ned: Vector  # (3,) m
+    ned_from_frd: Vector  # (4,) w, x, y, z
+
+
 class TelemetryFeed:
     """Subscribes on construction and keeps the newest of everything.
 
     Positions come from ODOMETRY, the one stream that MAVSDK hands on with the autopilot's time
     stamp; its frame fields are lost on the way, so velocity is taken from LOCAL_POSITION_NED.
     Height is measured from the ground that the disarmed vehicle stands on: PX4's local origin is
-    up to 0.6 m off it.
+    up to 0.6 m off it. What is told is turned into the site frame when it is asked for, so that
+    the local origin may be found to have moved (`reframe`).
     """
 
     def __init__(self, telemetry: Telemetry, frame: LocalFrame, now: Callable[[], float]) -> None:
@@ -70,9 +82,9 @@ class TelemetryFeed:
         self._now = now
         self._lock = threading.Lock()
         self._stamps = StampClock()
-        self._poses: deque[Pose] = deque(maxlen=512)
+        self._poses: deque[_NedPose] = deque(maxlen=512)
         self._rates = np.full(3, math.nan)
-        self._velocity: np.ndarray[Any, Any] | None = None
+        self._velocity_ned: Vector | None = None
         self._heard = -math.inf
         self._ground_down: float | None = None
         self._armed: bool | None = None
@@ -91,16 +103,16 @@ class TelemetryFeed:
     def state(self) -> VehicleState | None:
         """Newest state, or None until pose, velocity, mode and arming have been heard."""
         with self._lock:
-            if not self._poses or self._velocity is None or self._ground_down is None:
+            if not self._poses or self._velocity_ned is None or self._ground_down is None:
                 return None
             if self._mode is None or self._armed is None:
                 return None
-            pose = self._poses[-1]
+            pose = self._site_pose(self._poses[-1])
             missing = health_problems(self._health)
             return VehicleState(
                 time=pose.time,
                 position_site=pose.position_site,
-                velocity_site=self._velocity,
+                velocity_site=self._frame.vector_site(self._velocity_ned),
                 site_from_body=pose.site_from_body,
                 angular_velocity_body=self._rates,
                 armed=self._armed,
@@ -118,7 +130,22 @@ class TelemetryFeed:
         with self._lock:
             newest = self._poses[-1].time if self._poses else 0.0
             oldest = max(since, newest - POSE_HISTORY)
-            return tuple(pose for pose in self._poses if pose.time > oldest)
+            return tuple(self._site_pose(pose) for pose in self._poses if pose.time > oldest)
+
+    def reframe(self, frame: LocalFrame, sunk: float) -> None:
+        """The local origin has moved: `frame` is where it is, `sunk` m lower than it was."""
+        with self._lock:
+            self._frame = frame
+            if self._ground_down is not None:
+                self._ground_down -= sunk
+
+    def _site_pose(self, pose: _NedPose) -> Pose:
+        above = pose.position_ned - np.array([0.0, 0.0, self._ground_down or 0.0])
+        return Pose(
+            pose.time,
+            self._frame.position_site(above),
+            self._frame.site_from_body(pose.ned_from_frd),
+        )
 
     def _on_odometry(self, message: Any, _: Any) -> None:
         arrived = self._now()
@@ -132,11 +159,10 @@ class TelemetryFeed:
                 self._ground_down = float(position_ned[2])
             if self._ground_down is None:
                 return  # armed when first heard: where the ground is cannot be known
-            position_ned[2] -= self._ground_down
-            pose = Pose(
+            pose = _NedPose(
                 self._stamps.flight_time(message.time_usec * 1e-6, arrived),
-                self._frame.position_site(position_ned),
-                self._frame.site_from_body(np.array([q.w, q.x, q.y, q.z])),
+                position_ned,
+                np.array([q.w, q.x, q.y, q.z]),
             )
             if self._poses and pose.time <= self._poses[-1].time - 1.0:
                 self._poses.clear()  # rebooted
@@ -145,10 +171,10 @@ class TelemetryFeed:
 
     def _on_velocity(self, message: Any, _: Any) -> None:
         v = message.velocity
-        velocity = self._frame.vector_site(np.array([v.north_m_s, v.east_m_s, v.down_m_s]))
+        velocity_ned = np.array([v.north_m_s, v.east_m_s, v.down_m_s])
         with self._lock:
             self._heard = self._now()
-            self._velocity = velocity
+            self._velocity_ned = velocity_ned
 
     def _on_armed(self, armed: bool, _: Any) -> None:
         with self._lock:

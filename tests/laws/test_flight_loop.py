@@ -1,5 +1,7 @@
 """The whole loop on an ideal vehicle: plan in, landing out, with and without faults."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.mission import plan
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Provenance
-from orchard_cli.model.records import SafetyRecord, SprayRecord
+from orchard_cli.model.records import LogLine, SafetyRecord, SprayRecord
 from orchard_cli.model.site import HeightReference, Orchard, SiteOrigin, TreeRow
 from orchard_cli.model.vehicle import Command, FlightMode, VehicleState
 from orchard_cli.model.wishes import FlightWishes
@@ -349,3 +351,17 @@ def test_asking_to_land_while_it_arms_disarms_it(mission):
         requests=[(0.07, Request.LAND)],
     )
     assert ideal.asked[-1] in (Command.DISARM, Command.LAND)
+
+
+def test_a_reset_of_the_estimator_holds_and_the_route_goes_on_where_it_was(mission):
+    def reset(ideal):
+        ideal.offset = np.array([2.0, -1.5, 0.4])
+        stale = ideal.setpoint  # a real vehicle does not get there within a cycle
+        ideal.setpoint = replace(stale, position_site=stale.position_site + ideal.offset)
+
+    ending, ideal, ledger = fly(mission, world_of(mission), events=[(30.0, reset)])
+    assert ending.as_planned, ending
+    assert phases(ledger)[3:7] == ["route", "hold", "resume", "route"]
+    assert ideal.position[:2] == pytest.approx(mission.landing_site, abs=0.05)  # where it was
+    said = [record.text for record in ledger.of(LogLine)]
+    assert any("the position estimate jumped by (+2" in text for text in said)

@@ -210,3 +210,45 @@ def test_every_flight_reaches_an_end_whatever_is_seen(data):
         if stage.phase is Phase.ROUTE and before.phase is Phase.ROUTE and now > 200:
             faults["route_done"] = True
         assert now < 1500, dataclasses.asdict(stage)
+
+
+@settings(max_examples=300)
+@given(
+    st.sampled_from(FLYING),
+    st.fixed_dictionaries(
+        {
+            "frame_age": st.sampled_from([0.05, 2.0]),
+            "planner_age": st.sampled_from([0.05, 2.0]),
+            "off_track": st.sampled_from([0.1, 3.0]),
+            "blocked": st.booleans(),
+            "since_jump": st.sampled_from([math.inf, 0.3]),
+            "strayed": st.sampled_from([0.0, 9.0]),
+            "vehicle": st.sampled_from([vehicle(), vehicle(battery_share=0.15)]),
+        }
+    ),
+)
+def test_under_the_same_faults_the_phase_settles_and_does_not_go_to_and_fro(phase, faults):
+    stage, now, visited = Stage(phase, 90.0, "test"), 100.0, [phase]
+    for _ in range(30):
+        stage = step(stage, seen(**faults), now, Tolerances()).stage
+        now += 0.02
+        if stage.phase is not visited[-1]:
+            visited.append(stage.phase)
+    assert len(visited) <= 4, visited
+
+
+def test_held_with_a_low_battery_and_no_eyes_it_stands_and_goes_home_once_it_sees():
+    held = Stage(Phase.HOLD, 90.0, "no frame", cause=Hazard.FRAME_LATE)
+    low = vehicle(battery_share=0.15)
+    blind = step(held, seen(vehicle=low, frame_age=2.0), 100.0, Tolerances()).stage
+    assert blind.phase is Phase.HOLD
+    assert blind.returning
+    assert step(blind, seen(vehicle=low), 100.1, Tolerances()).stage.phase is Phase.RETURN
+
+
+def test_a_jump_of_the_estimate_holds_and_then_goes_on_unless_it_has_strayed():
+    jumped = decide(Phase.ROUTE, since_jump=0.0, strayed=1.5).stage
+    assert (jumped.phase, jumped.cause) == (Phase.HOLD, Hazard.JUMPED)
+    later = step(jumped, seen(still=True, since_jump=3.0), 103.0, Tolerances()).stage
+    assert later.phase is Phase.RESUME
+    assert decide(Phase.ROUTE, since_jump=0.0, strayed=9.0).stage.phase is Phase.RETURN

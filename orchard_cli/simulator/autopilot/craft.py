@@ -70,6 +70,10 @@ class Craft:
         """Zero the control integrals, as PX4 does on the ground."""
         self._cascade.forget()
 
+    def jump_estimate(self, moved_site: Vector, turned: float = 0.0) -> None:
+        """Reset the estimate: it is off by so much more, m and rad of heading, from now on."""
+        self._estimator.jump(moved_site, turned)
+
     def fly(self, demand: Demand, motors: Motors) -> None:
         """Fly one TICK, drain the battery, and look where that led."""
         if self._tuned != self._values.version:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from orchard_cli.model.arrays import Array
+from orchard_cli.model.arrays import Array, Vector
 from orchard_cli.model.world import SensorNoise
 
 POSITION_TIME = 60.0  # s, correlation time of the position error, as of GNSS multipath and drift
@@ -36,6 +36,12 @@ class Estimator:
         self._driven = sigma * rng.standard_normal(9)
         spread = position * np.sqrt(1 - share)
         self._position = share * self._driven[:3] + spread * rng.standard_normal(3)
+        self._jumped = np.zeros(9)
+
+    def jump(self, moved_site: Vector, turned: float) -> None:
+        """Be off by so much more, m and rad of heading, from now on: a reset of the estimate."""
+        self._jumped[:3] += moved_site
+        self._jumped[8] += 2 * math.tan(turned / 2)
 
     def step(self) -> Array:
         """(9,) for the next `dt`: position m, velocity m/s, small turn rad, in the site frame."""
@@ -43,4 +49,4 @@ class Estimator:
         self._position += self._follow * (self._driven[:3] - self._position)
         error = self._driven.copy()
         error[:3] = self._position
-        return error
+        return np.asarray(error + self._jumped)

@@ -28,14 +28,23 @@ class Earth:
         turn = ned_from_site(origin.heading)  # its own inverse
         self._c, self._s = float(turn[0, 0]), float(turn[1, 0])
         self._heading = origin.heading
-        self._start = np.array(start_site)
+        self._origin, self._turn = origin, turn
+        half = origin.heading / 2
+        self._half = (math.cos(half), math.sin(half))
+        self._settle(np.array(start_site))
+
+    def move(self, moved_site: Vector) -> None:
+        """Put the local origin elsewhere, by (3,) m: every local coordinate jumps."""
+        self._settle(self._start + moved_site)
+
+    def _settle(self, start_site: Vector) -> None:
+        self._start = start_site
         probes_ned = np.array([[0.0, 0.0, 0.0], [PROBE, 0.0, 0.0], [0.0, PROBE, 0.0]])
-        here, north, east = wgs84_from_site(origin, probes_ned @ turn + self._start)
+        probes_wgs84 = wgs84_from_site(self._origin, probes_ned @ self._turn + start_site)
+        here, north, east = probes_wgs84
         self.latitude, self.longitude, self.height = (float(value) for value in here)
         self._per_north = float(north[0] - here[0]) / PROBE
         self._per_east = float(east[1] - here[1]) / PROBE
-        half = origin.heading / 2
-        self._half = (math.cos(half), math.sin(half))
 
     def local(self, position_site: Vector) -> Triple:
         """Metres north, east, down of the local origin; NaN stays in its own axes."""
