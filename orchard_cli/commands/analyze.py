@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,9 +16,7 @@ if TYPE_CHECKING:
 
 
 def analyze(
-    logs: Annotated[
-        list[Path], typer.Argument(help="Logs of `orchard fly`, PX4 (.ulg) or ROS 2 (.mcap).")
-    ],
+    logs: Annotated[list[Path], typer.Argument(help="Logs (.mcap, PX4 .ulg), or folders.")],
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
     html: Annotated[
         Path | None, typer.Option(help="Write one page that works offline to this file.")
@@ -42,32 +39,39 @@ def analyze(
     frame: Annotated[
         str, typer.Option(help="Frame of a ROS 2 bag: site, or enu about the site's origin.")
     ] = "site",
+    csv: Annotated[Path | None, typer.Option(help="Write a table of all metrics (.csv).")] = None,
+    geojson: Annotated[
+        Path | None, typer.Option(help="Write the as-applied map, WGS84 (.geojson).")
+    ] = None,
+    tum: Annotated[
+        Path | None, typer.Option(help="Write the flown path for trajectory tools (.tum, .txt).")
+    ] = None,
+    ndjson: Annotated[
+        bool, typer.Option("--ndjson", help="One JSON document a line, a line a log.")
+    ] = False,
+    workers: Annotated[int, typer.Option(min=1, max=256, help="Logs measured at once.")] = 1,
+    dask: Annotated[
+        str | None, typer.Option(help="Measure on the Dask cluster of this scheduler address.")
+    ] = None,
 ) -> None:
     """Measure flights from their logs, and compare them."""
-    if compare and len(logs) < 2:
-        raise InputError(Fault("--compare", "needs two logs or more", "name another log"))
-    from .analyze_document import document
-    from .analyze_logs import Ways, read_all
+    from .analyze_batch import expand
+    from .analyze_logs import Ways
+    from .analyze_write import Outputs, write_entries, write_flights
 
     if frame not in ("site", "enu"):
         raise InputError(Fault("--frame", f"no frame {frame!r}", "use site or enu"))
     ways = Ways(html is not None, mission, topic, frame == "enu")
-    flights, faults = read_all(logs, ways)
-    references = published(paper, flights)
-    if json:
-        typer.echo(json_module.dumps(document(flights, faults, compare), indent=2, allow_nan=False))
-    elif flights:
-        from .analyze_table import show
-
-        show(flights, references, compare)
-    if picture is not None and flights:
-        draw(picture, flights)
-    if html is not None and flights:
-        from orchard_cli.analysis.page import save
-
-        save(html, flights, references)
+    out = Outputs(json, ndjson, compare, html, picture, csv, geojson, tum)
+    found = expand(logs)
+    many = workers > 1 or dask is not None or ndjson or any(path.is_dir() for path in logs)
+    out.check(len(found), many)
+    if many:
+        faults = write_entries(found, ways, workers, dask, out)
+    else:
+        faults = write_flights([path for path, _ in found], ways, paper, out)
     if faults:
-        raise InputError([fault for _, found in faults for fault in found])
+        raise InputError(faults)
 
 
 def published(paper: str, flights: Sequence[Flight]) -> tuple[Published, ...]:
