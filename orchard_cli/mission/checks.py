@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from orchard_cli.errors import Fault
 from orchard_cli.geometry.geodesy import wgs84_from_site
-from orchard_cli.model.arrays import Points
+from orchard_cli.model.arrays import Points, Vector
 from orchard_cli.model.mission import Leg, Limits, Mission
 from orchard_cli.model.site import Orchard
 from orchard_cli.model.trajectory import DEGREE
@@ -23,7 +23,7 @@ NEAR = 0.05  # m: how well the parts of one mission must agree
 
 def check(mission: Mission) -> tuple[Fault, ...]:
     """Everything that is wrong with a mission; empty when it may fly."""
-    faults = battery_faults(mission.energy_share, mission.limits)
+    faults = battery_faults(mission.energy_share, mission.limits) + tank_faults(mission)
     if mission.trajectory.end > mission.limits.endurance:  # nothing to gain from looking closer
         return (*faults, Fault("trajectory", "is longer than the battery lasts"))
     path = flown(mission)
@@ -74,32 +74,44 @@ def path_limits(limits: Limits) -> PathLimits:
 
 
 def canopy_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fault]:
-    """Rows whose canopy comes nearer than the clearance under a path sampled densely (n, 3)."""
-    path = cKDTree(path_site[:, :2])
+    """Rows whose canopy comes nearer than the clearance to a path sampled densely (n, 3).
+
+    A canopy is a cylinder of CANOPY_REACH round its trunk, up to its top.
+    """
+    path, kept = cKDTree(path_site[:, :2]), limits.clearance
     faults = []
     for k, row in enumerate(orchard.rows):
-        tops = row.canopy_tops_site
-        above = np.array(
-            [
-                path_site[near, 2].min() - top if near else np.inf
-                for near, top in zip(
-                    path.query_ball_point(row.trunks_site, CANOPY_REACH), tops, strict=True
-                )
-            ]
-        )
-        tree = int(above.argmin())
-        if above[tree] < limits.clearance - 1e-6:
-            lacking = limits.clearance - above[tree]
+        near = path.query_ball_point(row.trunks_site, CANOPY_REACH + kept)
+        rooms = [
+            _nearest(path_site[points], trunk, float(top))
+            for points, trunk, top in zip(near, row.trunks_site, row.canopy_tops_site, strict=True)
+        ]
+        tree = int(np.argmin([apart for apart, _ in rooms]))
+        apart, above = rooms[tree]
+        if apart < kept - 1e-6:
             faults.append(
                 Fault(
                     f"row {k + 1}, tree {tree + 1}",
-                    f"the flight passes {above[tree]:.2f} m above the canopy"
-                    if above[tree] >= 0
-                    else f"the flight passes {-above[tree]:.2f} m below the canopy's top",
-                    f"fly at least {lacking:.2f} m higher ({limits.clearance:g} m are kept)",
+                    f"the flight passes {above:.2f} m above the canopy"
+                    if above >= 0
+                    else f"the flight passes {-above:.2f} m below the canopy's top",
+                    f"fly at least {kept - above:.2f} m higher ({kept:g} m are kept)",
                 )
             )
     return faults
+
+
+def _nearest(points: Points, trunk: Vector, top: float) -> tuple[float, float]:
+    """Distance, m, of the nearest of the points to a canopy, and the height above its top there."""
+    if not len(points):
+        return np.inf, np.inf
+    beside = np.hypot(*(points[:, :2] - trunk).T) - CANOPY_REACH
+    above = points[:, 2] - top
+    outside = np.hypot(np.maximum(beside, 0), np.maximum(above, 0))
+    apart = np.where((beside > 0) | (above > 0), outside, np.maximum(beside, above))
+    worst = int((apart + 1e-9 * above).argmin())
+    over = above[beside <= 0].min(initial=np.inf)
+    return float(apart[worst]), float(min(over, above[worst]))
 
 
 def area_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fault]:
@@ -153,6 +165,28 @@ def battery_faults(energy_share: float, limits: Limits) -> list[Fault]:
             "split the orchard over several surveys, or fly faster",
         )
     ]
+
+
+def tank_faults(mission: Mission) -> list[Fault]:
+    """A flight that sprays more than the tank holds, or says that it sprays less than it does."""
+    if mission.tank is None or mission.liquid is None:
+        return []
+    lines = mission.spray_lines
+    seconds = sum(segment.end - segment.start for segment, _ in lines)
+    metres = sum(float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum()) for _, p in lines)
+    needed = mission.tank.litres(seconds, metres, mission.swath)
+    faults = []
+    if abs(needed - mission.liquid) > NEAR:
+        faults.append(Fault("liquid_l", "does not agree with what is sprayed", "plan it again"))
+    if needed > mission.tank.capacity:
+        faults.append(
+            Fault(
+                "tank",
+                f"the flight sprays {needed:.2f} l and it holds {mission.tank.capacity:g} l",
+                "split the orchard over several surveys, or spray less",
+            )
+        )
+    return faults
 
 
 def _ground_faults(mission: Mission) -> list[Fault]:

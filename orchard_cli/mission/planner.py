@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.geometry.geodesy import wgs84_from_site
-from orchard_cli.model.arrays import Array, Points, Vector
+from orchard_cli.model.arrays import Array, Points
 from orchard_cli.model.mission import Leg, Limits, Mission, Provenance, Segment
 from orchard_cli.model.site import Orchard
 from orchard_cli.model.trajectory import BSpline, Trajectory
@@ -19,15 +18,14 @@ from orchard_cli.motion.fit import (
     distances,
     fit_rounded,
     lengths_of,
-    rounded,
     samples,
 )
 from orchard_cli.motion.timing import TimedPath, time_path
 
-from . import checks, energy, route
+from . import checks, energy, transit
+from . import route as routes
 
 DENSITY = 2.0  # control points per metre of route (Liu 2024, §4.1)
-SHARPEST = math.radians(175.0)  # turn between a row and the way to take-off or landing
 
 _MICRONS = 6  # decimals of a metre kept in a mission: files stay short, and what is saved is exact
 _PLACES = 9  # decimals of a degree kept: 0.1 mm
@@ -38,16 +36,34 @@ def plan(orchard: Orchard, wishes: FlightWishes, provenance: Provenance) -> Miss
 
     Raises InputError with every fault when the mission cannot be flown safely.
     """
+    flown = routes.passes(orchard, wishes)
+    if not flown:
+        raise InputError(
+            Fault("flight.fly_over", "there is nothing to fly over", 'fly over "rows", or add one')
+        )
+    if faults := transit.end_faults(wishes, routes.route(flown, wishes).waypoints_site):
+        raise InputError(faults)
+    return plan_passes(orchard, wishes, provenance, flown)
+
+
+def plan_passes(
+    orchard: Orchard, wishes: FlightWishes, provenance: Provenance, flown: list[routes.Pass]
+) -> Mission:
+    """As `plan`, over some of the orchard's spray lines."""
     limits = wishes.limits
-    waypoints = np.round(route.waypoints(orchard, wishes), _MICRONS)
-    length = route.length(waypoints)
+    route = routes.route(flown, wishes)
+    waypoints = np.round(route.waypoints_site, _MICRONS)
+    length = routes.length(waypoints)
     _refuse_hopeless(orchard, wishes, waypoints, length)
     corners, spline = _fitted(waypoints, wishes.corner_cut, max(8, round(DENSITY * length)))
     curve = samples(spline)
-    approach, departure = _way_in(wishes, waypoints), _way_out(wishes, waypoints)
-    path = np.concatenate([approach[:-1], curve, departure[1:]])
+    approach = transit.way(wishes.takeoff_site, waypoints[0], waypoints[1], orchard, wishes)
+    departure = transit.way(wishes.landing_site, waypoints[-1], waypoints[-2], orchard, wishes)
+    path = np.concatenate([approach[:-1], curve, departure[-2::-1]])
     timed = time_path(path, checks.path_limits(limits))
     trajectory = _tidy(timed.trajectory)
+    reached = _reached(corners, lengths_of(approach)[-1], curve, timed)
+    segments = _segments(route, reached, trajectory.end)
     mission = Mission(
         name=orchard.name,
         orchard=orchard,
@@ -57,13 +73,15 @@ def plan(orchard: Orchard, wishes: FlightWishes, provenance: Provenance) -> Miss
         corner_cut=wishes.corner_cut,
         spline=spline,
         trajectory=trajectory,
-        segments=_segments(orchard, wishes, corners, approach, curve, timed, trajectory.end),
+        segments=segments,
         takeoff_site=path[0, :2],
         landing_site=path[-1, :2],
         limits=limits,
         swath=wishes.swath,
         energy_share=_energy_share(orchard, path, trajectory, limits),
         provenance=provenance,
+        tank=wishes.tank,
+        liquid=_liquid(wishes, flown, segments),
     )
     if faults := checks.check(mission):
         raise InputError(faults)
@@ -106,7 +124,7 @@ def _refuse_hopeless(
 ) -> None:
     """Refuse before the costly part: a route beyond the battery, or a take-off in a bad place."""
     limits = wishes.limits
-    faults = _end_faults(wishes, waypoints)
+    faults = []
     beyond = checks.battery_faults(length / limits.speed / limits.endurance, limits)
     if beyond:
         along = lengths_of(waypoints)
@@ -117,49 +135,6 @@ def _refuse_hopeless(
         faults += checks.area_faults(orchard, limits, path)
     if faults:
         raise InputError(faults)
-
-
-def _end_faults(wishes: FlightWishes, waypoints: Points) -> list[Fault]:
-    """Take-off or landing on the row's own line: the way there would turn back on itself."""
-    faults = []
-    for name, site, end, inner in (
-        ("takeoff_m", wishes.takeoff_site, waypoints[0], waypoints[1]),
-        ("landing_m", wishes.landing_site, waypoints[-1], waypoints[-2]),
-    ):
-        run = route.run_up_point(end, inner, wishes.limits)
-        if site is not None and _turn(site - run[:2], run[:2] - end[:2]) > SHARPEST:
-            faults.append(
-                Fault(
-                    f"flight.{name}",
-                    "lies inside the row's line: the vehicle would turn back on itself",
-                    f"move it outwards, to ({run[0]:.1f}, {run[1]:.1f}) say, or leave it out",
-                )
-            )
-    return faults
-
-
-def _turn(a: Vector, b: Vector) -> float:
-    """Angle between two (2,) vectors, rad; 0 when one has no length."""
-    cross = a[0] * b[1] - a[1] * b[0]
-    return abs(math.atan2(float(cross), float(a @ b))) if a.any() and b.any() else 0.0
-
-
-def _way_in(wishes: FlightWishes, waypoints: Points) -> Points:
-    """From above the take-off to the first waypoint, the last stretch in line with its row."""
-    run = route.run_up_point(waypoints[0], waypoints[1], wishes.limits)
-    return _joined(wishes.takeoff_site, run, waypoints[0], wishes.corner_cut)
-
-
-def _way_out(wishes: FlightWishes, waypoints: Points) -> Points:
-    """From the last waypoint to above the landing, the first stretch in line with its row."""
-    run = route.run_up_point(waypoints[-1], waypoints[-2], wishes.limits)
-    return _joined(wishes.landing_site, run, waypoints[-1], wishes.corner_cut)[::-1]
-
-
-def _joined(site: Vector | None, run: Vector, end: Vector, cut: float) -> Points:
-    start = run if site is None else np.array([site[0], site[1], run[2]])
-    corners = [start, end] if np.linalg.norm(start - run) < 1e-3 else [start, run, end]
-    return np.round(rounded(np.array(corners), cut).points_site, _MICRONS)
 
 
 def _energy_share(orchard: Orchard, path: Points, trajectory: Trajectory, limits: Limits) -> float:
@@ -178,30 +153,36 @@ def _tidy_places(places_wgs84: Array) -> Array:
     )
 
 
-def _segments(
-    orchard: Orchard,
-    wishes: FlightWishes,
-    corners: RoundedPath,
-    approach: Points,
-    curve: Points,
-    timed: TimedPath,
-    end: float,
-) -> tuple[Segment, ...]:
-    """Transit, then rows and headlands by turns between the times of the waypoints, then transit.
+def _liquid(
+    wishes: FlightWishes, flown: list[routes.Pass], segments: tuple[Segment, ...]
+) -> float | None:
+    """l that the mission sprays; None without a tank."""
+    if wishes.tank is None:
+        return None
+    seconds = sum(s.end - s.start for s in segments if s.leg is Leg.ROW)
+    metres = sum(one.length for one in flown)
+    return round(wishes.tank.litres(seconds, metres, wishes.swath), _MICRONS)
+
+
+def _reached(corners: RoundedPath, before: float, curve: Points, timed: TimedPath) -> list[float]:
+    """When each waypoint is passed, s.
 
     A waypoint is reached where the path passes nearest to it: half way round its corner.
+    `before` is the length of the way to the first one, m.
     """
     on_spline = np.linspace(0.0, corners.total, len(curve))
-    reached = np.interp(
+    along = np.interp(
         np.concatenate([[0.0], corners.corner_lengths, [corners.total]]),
         on_spline,
         lengths_of(curve),
     )
-    before = lengths_of(approach)[-1]
-    times = [round(timed.time_at(float(before + s)), _MICRONS) for s in reached]
-    order = route.row_order(orchard, wishes)
-    segments = [Segment(Leg.TRANSIT, 0.0, times[0])]
-    for k, (a, b) in enumerate(pairwise(times)):
-        row = order[k // 2][0] if k % 2 == 0 else None
-        segments.append(Segment(Leg.HEADLAND if row is None else Leg.ROW, a, b, row, k + 1))
-    return (*segments, Segment(Leg.TRANSIT, times[-1], end, until=len(times) - 1))
+    return [round(timed.time_at(float(before + s)), _MICRONS) for s in along]
+
+
+def _segments(route: routes.Route, reached: list[float], end: float) -> tuple[Segment, ...]:
+    """Transit, then the route's stretches between the times of their waypoints, then transit."""
+    segments = [Segment(Leg.TRANSIT, 0.0, reached[0])]
+    for stretch in route.stretches:
+        times = segments[-1].end, reached[stretch.until]
+        segments.append(Segment(stretch.leg, *times, stretch.row, stretch.until))
+    return (*segments, Segment(Leg.TRANSIT, reached[-1], end, until=len(reached) - 1))

@@ -1,69 +1,102 @@
-"""The Π: waypoints above the first and the last tree of each row (Liu 2024, §5.2, §6.2)."""
+"""The Π: spray lines in flight order, joined on the headlands (Liu 2024, §5.2, §6.2)."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import pairwise
+
 import numpy as np
 
-from orchard_cli.model.arrays import Array, Points, Vector
-from orchard_cli.model.mission import Limits
-from orchard_cli.model.site import Orchard, TreeRow
-from orchard_cli.model.wishes import FlightWishes, HeightAbove, StartRow, StartSide
+from orchard_cli.model.arrays import Points, Vector
+from orchard_cli.model.mission import Leg, Limits
+from orchard_cli.model.site import Orchard
+from orchard_cli.model.wishes import Direction, FlightWishes, Pattern, StartRow, StartSide
+
+from .lines import Line, spray_lines
+from .turns import turn, way_back
 
 HEADLAND = 4.0
 """m outside the rows where the flight starts and ends; more where full speed needs more room."""
 
 EASE_IN = 1.0  # s at full speed: what the easing of the acceleration adds to the run-up
+_SAME = 1e-6  # m
 
 
-def row_order(orchard: Orchard, wishes: FlightWishes) -> list[tuple[int, bool]]:
-    """Rows in flight order: (index into `orchard.rows`, flown along +x)."""
-    indices = list(range(len(orchard.rows)))
+@dataclass(frozen=True, slots=True, eq=False)
+class Pass:
+    """A spray line as it is flown."""
+
+    row: int  # index into Orchard.rows
+    points_site: Points  # (k, 3) m, k >= 2, in flight order
+
+    @property
+    def length(self) -> float:
+        """m along it."""
+        return length(self.points_site)
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A part of a route: what it is for, and the waypoint at which it ends."""
+
+    leg: Leg
+    row: int | None
+    until: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Route:
+    """Waypoints of the Π, and what the ways between them are for."""
+
+    waypoints_site: Points  # (n, 3) m
+    stretches: tuple[Stretch, ...]
+
+
+def passes(orchard: Orchard, wishes: FlightWishes) -> list[Pass]:
+    """Every spray line in flight order and direction."""
+    lines = spray_lines(orchard, wishes)
     if wishes.start_row is StartRow.LAST:
-        indices.reverse()
+        lines.reverse()
+    if wishes.pattern is Pattern.ALTERNATE:
+        lines = lines[::2]
+    elif wishes.pattern is Pattern.OUT_AND_BACK:
+        lines = lines[::2] + lines[1::2][::-1]
     forwards = wishes.start_side is StartSide.NEAR
-    return [(row, forwards == (k % 2 == 0)) for k, row in enumerate(indices)]
+    serpentine = wishes.direction is Direction.BOTH
+    return [
+        _flown(line, forwards == (k % 2 == 0 or not serpentine)) for k, line in enumerate(lines)
+    ]
 
 
-def waypoints(orchard: Orchard, wishes: FlightWishes) -> Points:
-    """(2 rows, 3) m: entry and exit of each row in flight order."""
-    points = []
-    for row, forwards in row_order(orchard, wishes):
-        ends = _row_line(orchard.rows[row], wishes)
-        points += [ends[0], ends[1]] if forwards else [ends[1], ends[0]]
-    return np.array(points)
+def _flown(line: Line, forwards: bool) -> Pass:
+    return Pass(line.row, line.points_site if forwards else line.points_site[::-1])
 
 
-def _row_line(row: TreeRow, wishes: FlightWishes) -> Points:
-    """(2, 3) m: the flight line's ends above the first and the last tree.
-
-    The line is the lowest one that keeps the wished height over every tree of the row.
-    """
-    under = row.ground if wishes.height_above is HeightAbove.GROUND else row.canopy_tops_site
-    along = np.linalg.norm(row.trunks_site - row.trunks_site[0], axis=1)
-    z = lowest_line_over(along, under) + wishes.height
-    return np.column_stack([row.trunks_site[[0, -1]], z])
-
-
-def lowest_line_over(along: Array, tops: Array) -> Array:
-    """Heights (2,) m at the first and last place of the lowest straight line over all `tops`.
-
-    `along` is (n,) m, increasing. Lowest on average over the places: that line is the edge of the
-    tops' upper hull above the mean place.
-    """
-    hull: list[int] = []
-    for i in range(len(along)):
-        while len(hull) > 1 and _is_under(hull[-1], hull[-2], i, along, tops):
-            hull.pop()
-        hull.append(i)
-    at = int(np.clip(np.searchsorted(along[hull], along.mean()), 1, len(hull) - 1))
-    a, b = hull[at - 1], hull[at]
-    slope = (tops[b] - tops[a]) / (along[b] - along[a])
-    return np.array([tops[a] + slope * (along[end] - along[a]) for end in (0, -1)])
+def route(flown: list[Pass], wishes: FlightWishes) -> Route:
+    """One pass after another, with the turns between them."""
+    points = [flown[0].points_site]
+    stretches = [Stretch(Leg.ROW, flown[0].row, len(flown[0].points_site) - 1)]
+    reached = len(flown[0].points_site) - 1
+    for before, after in pairwise(flown):
+        last, first = before.points_site[-2:], after.points_site[:2]
+        same_way = (last[1] - last[0])[:2] @ (first[1] - first[0])[:2] > 0
+        between = (way_back if same_way else turn)(last, first, wishes)
+        between = _distinct(last[1], between, first[0])
+        reached += len(between) + 1
+        stretches.append(Stretch(Leg.TRANSIT if same_way else Leg.HEADLAND, None, reached))
+        reached += len(after.points_site) - 1
+        stretches.append(Stretch(Leg.ROW, after.row, reached))
+        points += [between, after.points_site]
+    return Route(np.concatenate(points), tuple(stretches))
 
 
-def _is_under(middle: int, before: int, after: int, along: Array, tops: Array) -> bool:
-    rise = (tops[after] - tops[before]) * (along[middle] - along[before])
-    return bool((tops[middle] - tops[before]) * (along[after] - along[before]) <= rise)
+def _distinct(start: Vector, between: Points, end: Vector) -> Points:
+    """Waypoints that differ from their neighbours."""
+    kept: list[Vector] = [start]
+    for point in between:
+        if np.linalg.norm(point - kept[-1]) > _SAME and np.linalg.norm(point - end) > _SAME:
+            kept.append(point)
+    return np.array(kept[1:]).reshape(-1, 3)
 
 
 def run_up(limits: Limits) -> float:
