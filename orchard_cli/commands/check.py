@@ -77,7 +77,7 @@ def document(plan: Mission, path: Path, findings: list[Finding]) -> dict[str, An
             "ok": f.ok,
             "figure": round(f.figure, 4) if math.isfinite(f.figure) else None,
             "sense": f.rule.sense.value,
-            "limit": f.rule.limit,
+            "limit": f.rule.limit if math.isfinite(f.rule.limit) else None,
             "unit": f.rule.unit,
             "about": f.about,
         }
@@ -114,6 +114,8 @@ def _figure(finding: Finding) -> str:
 
 
 def _limit(finding: Finding) -> str:
+    if math.isinf(finding.rule.limit):
+        return "no limit"
     return f"{finding.rule.sense.value} {_number(finding.rule.limit)}"
 
 

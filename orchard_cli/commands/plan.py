@@ -1,9 +1,10 @@
-"""`orchard plan`: survey file -> mission file."""
+"""`orchard plan`: survey file -> mission file, or one for each sortie."""
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,8 +14,10 @@ import typer
 from orchard_cli import __version__
 from orchard_cli.errors import Fault, InputError
 
+from . import flight_options as fly_as
 from . import survey_input
 from .export import chosen_format, write_export
+from .resume import resumed
 
 if TYPE_CHECKING:
     from orchard_cli.model.mission import Mission
@@ -30,6 +33,32 @@ def plan(
         list[Path] | None,
         typer.Option("--export", help="Also write this file; its ending says how. Repeatable."),
     ] = None,
+    resume_at: Annotated[
+        str | None,
+        typer.Option(help="Spray from here on: ROW:METRES from its first tree, or x,y in metres."),
+    ] = None,
+    resume_from: Annotated[
+        list[Path] | None,
+        typer.Option(help="Spray from where this flight's log stops. Repeatable."),
+    ] = None,
+    missed: Annotated[
+        bool, typer.Option("--missed", help="With --resume-from: also what it missed before.")
+    ] = False,
+    height: fly_as.Height = None,
+    height_above: fly_as.HeightAbove = None,
+    follow: fly_as.Follow = None,
+    speed: fly_as.Speed = None,
+    swath: fly_as.Swath = None,
+    overlap: fly_as.Overlap = None,
+    passes: fly_as.Passes = None,
+    fly_over: fly_as.FlyOver = None,
+    pattern: fly_as.Pattern = None,
+    direction: fly_as.Direction = None,
+    start_row: fly_as.StartRow = None,
+    start_side: fly_as.StartSide = None,
+    turn: fly_as.Turn = None,
+    headland: fly_as.Headland = None,
+    turn_radius: fly_as.TurnRadius = None,
     tree_height: survey_input.TreeHeight = None,
     tree_gap: survey_input.TreeGap = None,
     ground_height: survey_input.GroundHeight = None,
@@ -41,42 +70,74 @@ def plan(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing.")] = False,
 ) -> None:
-    """Turn a survey into a mission: the Π over its rows, smooth, timed and checked."""
-    from orchard_cli import mission as missions
+    """Turn a survey into a mission: the Π over its rows, smooth, timed and checked.
+
+    An orchard that takes more than a battery or a tank becomes several, one file each.
+    """
     from orchard_cli import survey as surveys
-    from orchard_cli.model.mission import Provenance
 
     for path in exports or ():
         chosen_format(path, None)  # a wrong ending is told before the work
     options = survey_input.given_from(
         tree_height, tree_gap, ground_height, heading, flight_height, block, settings
     )
-    surveyed = surveys.load(survey, options)
+    keys = fly_as.flight_keys(
+        height=height, height_above=height_above, follow=follow, speed=speed, swath=swath,
+        overlap=overlap, passes=passes, fly_over=fly_over, pattern=pattern, direction=direction,
+        start_row=start_row, start_side=start_side, turn=turn, headland=headland,
+        turn_radius=turn_radius,
+    )  # fmt: skip
+    surveyed = surveys.load(survey, options, keys)
     survey_input.confirm(surveyed, yes, quiet or as_json)
-    out = output or mission_path(survey)
+    try:
+        missions, remarks = _planned(surveyed, resume_at, resume_from or [], missed)
+    except InputError as error:
+        raise InputError(
+            f if f.where.startswith("--") else Fault(f"{survey.name}: {f.where}", f.what, f.mend)
+            for f in error.faults
+        ) from error
+    files = _saved(missions, output or mission_path(survey), exports or [])
+    found = surveyed.recognised.notes if surveyed.recognised else ()
+    _tell(_figures(missions, files, found), missions[0].name, remarks, as_json, quiet)
+
+
+def _planned(
+    surveyed: Any, at: str | None, logs: Sequence[Path], missed: bool
+) -> tuple[tuple[Mission, ...], list[str]]:
+    """The missions, and what to tell about a resumed one."""
+    from orchard_cli import mission as missions
+    from orchard_cli.model.mission import Provenance
+
     provenance = Provenance(
         survey=surveyed.file,
         survey_sha256=surveyed.sha256,
         tool_version=__version__,
         created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
-    try:
-        mission = missions.plan(surveyed.orchard, surveyed.wishes, provenance)
-    except InputError as error:
-        raise InputError(
-            Fault(f"{survey.name}: {f.where}", f.what, f.mend) for f in error.faults
-        ) from error
-    missions.save(mission, out)
-    for path in exports or ():
-        write_export([mission], chosen_format(path, None), path)
-    told = surveyed.recognised.notes if surveyed.recognised else ()
-    notes = (*told, *missions.notes(mission))
-    figures = summary(mission, missions.measured_corner_cut(mission), notes)
-    if as_json:
-        json.dump({**figures, "mission": str(out)}, sys.stdout)
-        sys.stdout.write("\n")
-    elif not quiet:
-        _print(mission.name, figures, out)
+    orchard, wishes = surveyed.orchard, surveyed.wishes
+    if at is None and not logs:
+        if missed:
+            raise InputError(Fault("--missed", "needs a log", "give --resume-from"))
+        return missions.plan_sorties(orchard, wishes, provenance), []
+    left, remarks = resumed(surveyed, at, logs, missed)
+    return missions.plan_from_home(orchard, wishes, provenance, left), remarks
+
+
+def _saved(missions: Sequence[Mission], out: Path, exports: Sequence[Path]) -> list[Path]:
+    """Write all files; returns the missions' own."""
+    from orchard_cli.mission import save
+
+    files = [_of_sortie(out, mission) for mission in missions]
+    for mission, path in zip(missions, files, strict=True):
+        save(mission, path)
+    for path in exports:
+        form = chosen_format(path, None)
+        if form.is_picture:
+            write_export(list(missions), form, path)
+        else:
+            for mission in missions:
+                write_export([mission], form, _of_sortie(path, mission))
+    return files
 
 
 def mission_path(survey: Path) -> Path:
@@ -85,9 +146,19 @@ def mission_path(survey: Path) -> Path:
     return survey.with_name(f"{stem}.mission.json")
 
 
+def _of_sortie(path: Path, mission: Mission) -> Path:
+    """north.mission.json -> north-1of3.mission.json; as it is where there is one flight."""
+    if mission.sortie is None:
+        return path
+    stem, *endings = path.name.split(".")
+    name = f"{stem}-{mission.sortie.number}of{mission.sortie.of}"
+    return path.with_name(".".join([name, *endings]))
+
+
 def summary(mission: Mission, corner_cut: float, notes: tuple[str, ...]) -> dict[str, Any]:
     """The figures of a planned mission, for people and for scripts."""
-    return {
+    sprayed = [segment.row for segment, _ in mission.spray_lines if segment.row is not None]
+    figures: dict[str, Any] = {
         "route_length_m": round(mission.route_length, 3),
         "waypoints": len(mission.waypoints_site),
         "duration_s": round(mission.duration, 2),
@@ -97,12 +168,61 @@ def summary(mission: Mission, corner_cut: float, notes: tuple[str, ...]) -> dict
         "flight_s": round(mission.trajectory.end, 2),
         "rows": len(mission.orchard.rows),
         "trees": sum(len(row.heights) for row in mission.orchard.rows),
+        "sprayed_rows": sorted({row + 1 for row in sprayed}),
         "notes": list(notes),
     }
+    if mission.liquid is not None:
+        figures["liquid_l"] = round(mission.liquid, 3)
+    if mission.sortie is not None:
+        figures["sortie"] = mission.sortie.number
+    return figures
 
 
-def _print(name: str, figures: dict[str, Any], out: Path) -> None:
+def _figures(
+    missions: Sequence[Mission], files: Sequence[Path], found: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Each mission's figures, with what was found in the survey as the first notes."""
+    from orchard_cli.mission import measured_corner_cut, notes
+
+    return [
+        {
+            **summary(mission, measured_corner_cut(mission), (*found, *notes(mission))),
+            "mission": str(path),
+        }
+        for mission, path in zip(missions, files, strict=True)
+    ]
+
+
+def _tell(
+    told: Sequence[dict[str, Any]], name: str, remarks: Sequence[str], as_json: bool, quiet: bool
+) -> None:
+    if as_json:
+        document = told[0] if len(told) == 1 else _totals(told)
+        json.dump({**document, "remarks": list(remarks)} if remarks else document, sys.stdout)
+        sys.stdout.write("\n")
+    elif not quiet:
+        _print(name, told, remarks)
+
+
+def _totals(told: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Sums over the sorties, and each of them."""
+    sums = ("route_length_m", "waypoints", "duration_s", "control_points", "flight_s", "liquid_l")
+    totals = {key: round(sum(t[key] for t in told), 3) for key in sums if key in told[0]}
+    return {**totals, "sorties": list(told)}
+
+
+def _print(name: str, told: Sequence[dict[str, Any]], remarks: Sequence[str]) -> None:
     from rich.console import Console
+
+    console = Console()
+    console.print(_table(name, told[0]) if len(told) == 1 else _sorties(name, told))
+    for note in dict.fromkeys(note for figures in told for note in figures["notes"]):
+        console.print(f"note: {note}", highlight=False, markup=False)
+    for remark in remarks:
+        console.print(remark, highlight=False, markup=False)
+
+
+def _table(name: str, figures: dict[str, Any]) -> Any:
     from rich.table import Table
     from rich.text import Text
 
@@ -117,8 +237,28 @@ def _print(name: str, figures: dict[str, Any], out: Path) -> None:
         "with run-up and run-out",
     )
     table.add_row("battery", f"{figures['energy_share']:.0%} of it, by hover endurance")
-    table.add_row("mission", str(out))
-    console = Console()
-    console.print(table)
-    for note in figures["notes"]:
-        console.print(f"note: {note}", highlight=False)
+    if "liquid_l" in figures:
+        table.add_row("liquid", f"{figures['liquid_l']:.2f} l")
+    table.add_row("mission", Text(figures["mission"]))
+    return table
+
+
+def _sorties(name: str, told: Sequence[dict[str, Any]]) -> Any:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(f"{name}: {len(told)} sorties"), title_justify="left")
+    for heading in ("", "rows", "route", "in the air", "battery", "liquid", "mission"):
+        table.add_column(heading)
+    for figures in told:
+        rows = figures["sprayed_rows"]
+        table.add_row(
+            str(figures["sortie"]),
+            ", ".join(map(str, rows)) if len(rows) < 6 else f"{rows[0]} .. {rows[-1]}",
+            f"{figures['route_length_m']:.0f} m",
+            f"{figures['flight_s']:.0f} s",
+            f"{figures['energy_share']:.0%}",
+            f"{figures['liquid_l']:.2f} l" if "liquid_l" in figures else "",
+            Text(figures["mission"]),
+        )
+    return table

@@ -4,6 +4,7 @@ from .checks import check, notes
 from .files import dumps, load, load_unchecked, loads, schema
 from .planner import measured_corner_cut, plan
 from .saving import save
+from .sorties import plan_from_home, plan_sorties
 
 __all__ = [
     "check",
@@ -14,6 +15,8 @@ __all__ = [
     "measured_corner_cut",
     "notes",
     "plan",
+    "plan_from_home",
+    "plan_sorties",
     "save",
     "schema",
 ]

@@ -25,7 +25,9 @@ def check(mission: Mission) -> tuple[Fault, ...]:
     """Everything that is wrong with a mission; empty when it may fly."""
     faults = battery_faults(mission.energy_share, mission.limits) + tank_faults(mission)
     if mission.trajectory.end > mission.limits.endurance:  # nothing to gain from looking closer
-        return (*faults, Fault("trajectory", "is longer than the battery lasts"))
+        told = any(fault.where == "battery" for fault in faults)
+        long = Fault("trajectory", "is longer than the battery lasts")
+        return tuple(faults) if told else (*faults, long)
     path = flown(mission)
     return (
         *faults,

@@ -119,7 +119,17 @@ def _followed(ends: Points, along: Array, tops: Array, wishes: FlightWishes) -> 
     profile = np.column_stack([at, np.zeros(len(at)), np.interp(at, along, tops)])
     kept = straightened(profile, _LEVEL)
     places = ends[0] + kept[:, :1] / length * (ends[1] - ends[0])
-    return np.column_stack([places, kept[:, 2] + wishes.height + _LEVEL * (len(kept) > 2)])
+    z = _held_up(kept[:, 0], kept[:, 2])
+    return np.column_stack([places, z + wishes.height + _LEVEL * (len(kept) > 2)])
+
+
+def _held_up(along: Array, z: Array) -> Array:
+    """Heights whose ends sink outwards no steeper than the whole line: so does what lies beyond."""
+    rise = (z[-1] - z[0]) / (along[-1] - along[0])
+    held = z.copy()
+    held[0] = max(z[0], z[1] + min(0.0, -rise) * (along[1] - along[0]))
+    held[-1] = max(z[-1], z[-2] + min(0.0, rise) * (along[-1] - along[-2]))
+    return held
 
 
 def lowest_line_over(along: Array, tops: Array) -> Array:

@@ -43,7 +43,8 @@ def plan_from_home(
     """Fly these passes from and to the take-off point, in as many flights as it takes."""
     home = take_off(orchard, wishes)
     there = replace(wishes, takeoff_site=home, landing_site=home)
-    left, missions, size = list(flown), [], len(flown)
+    missions: list[Mission] = []
+    left, size = list(flown), len(flown)
     while left:
         if len(missions) == MOST:
             raise InputError(Fault("sorties", f"it takes more than {MOST}", "split the survey"))

@@ -55,25 +55,37 @@ def form_of(path: Path) -> Form:
     return next((form for form in Form if form.value == ending), Form.TOML)
 
 
-def load(path: Path, given: Given | None = None) -> Survey:
-    """Read a survey, whatever its form. Raises InputError with every fault."""
+def load(path: Path, given: Given | None = None, flight: Mapping[str, Any] | None = None) -> Survey:
+    """Read a survey, whatever its form. Raises InputError with every fault.
+
+    `flight` holds keys of [flight] that shall be other than the file says.
+    """
     form = form_of(path)
     largest = LARGEST if form is Form.TOML else LARGEST_DRAWING
     data = read_bounded(path, largest, "split the survey: one file a flight")
-    return parse(data, path.name, form, given or Given())
+    return parse(data, path.name, form, given or Given(), flight)
 
 
-def parse(data: bytes, file: str, form: Form = Form.TOML, given: Given | None = None) -> Survey:
+def parse(
+    data: bytes,
+    file: str,
+    form: Form = Form.TOML,
+    given: Given | None = None,
+    flight: Mapping[str, Any] | None = None,
+) -> Survey:
     """A survey from a file's bytes; `file` names it. Raises InputError with every fault."""
     given = given or Given()
     faults: list[Fault] = []
     said, taped, recognised = _said(data, file, form, given, faults)
+    if flight and isinstance(said.get("flight", {}), dict):
+        said = {**said, "flight": {**said.get("flight", {}), **flight}}
     top = Table(said, file, faults)
     name = top.text("name", file.partition(".")[0] or file)
     csv = form is Form.SHEET
     site = tables.read_site(top.table("site", _mend("site", "latitude_deg = 23.45", csv)))
-    flight = top.table("flight", _mend("flight", "height_m = 3.5", csv))
-    wishes = tables.read_wishes(flight, top.table("vehicle"))
+    flown = top.table("flight", _mend("flight", "height_m = 3.5", csv))
+    tank = tables.read_tank(top.table("tank")) if "tank" in top else None
+    wishes = tables.read_wishes(flown, top.table("vehicle"), tank)
     if taped is None:
         taped = tables.read_rows(top.tables("row", tables.MOST_ROWS))
     obstacles = tables.read_obstacles(top.tables("obstacle", 10_000))

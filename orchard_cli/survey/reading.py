@@ -48,6 +48,13 @@ class Table:
             return math.nan if default is None else default
         return self._checked(self._values[key], key, low, high, above_low)
 
+    def whole(self, key: str, low: int, high: int, default: int) -> int:
+        """An optional whole number in [low, high]."""
+        value = self.number(key, low, high, default)
+        if math.isfinite(value) and value % 1:
+            self.fault(key, f"is {value:g}", "give a whole number")
+        return int(value) if math.isfinite(value) else default
+
     def numbers(
         self, key: str, low: float, high: float, most: int, above_low: bool = False
     ) -> list[float]:

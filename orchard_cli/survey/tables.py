@@ -20,6 +20,10 @@ takeoff_m = [-4.0, 0.0]
 [vehicle]
 endurance_s = 600
 
+[tank]                       # optional; with it, liquid is counted and flights are cut by it
+capacity_l = 10
+dose_l_ha = 150              # or flow_l_min
+
 [[row]]
 distance_m = 6.0             # from the row before; 0 or left out in the first row
 far_distance_m = 6.2         # the same at the row's last tree, when rows are not parallel
@@ -55,9 +59,19 @@ import shapely
 
 from orchard_cli.errors import Fault
 from orchard_cli.model.arrays import Points
-from orchard_cli.model.mission import Limits
+from orchard_cli.model.mission import Limits, Tank
 from orchard_cli.model.site import HeightReference, KnownObstacle, SiteOrigin
-from orchard_cli.model.wishes import FlightWishes, HeightAbove, StartRow, StartSide
+from orchard_cli.model.wishes import (
+    Direction,
+    FlightWishes,
+    FlyOver,
+    Follow,
+    HeightAbove,
+    Pattern,
+    StartRow,
+    StartSide,
+    Turn,
+)
 
 from .reading import Table
 from .rows import TapedRow
@@ -65,6 +79,8 @@ from .rows import TapedRow
 MOST_ROWS = 1_000
 MOST_TREES = 2_000  # in one row
 FARTHEST = 5_000.0  # m from the origin
+_MINUTE = 60.0  # s
+_HECTARE = 1e4  # m²
 
 
 def read_site(table: Table) -> SiteOrigin:
@@ -80,7 +96,23 @@ def read_site(table: Table) -> SiteOrigin:
     return origin
 
 
-def read_wishes(flight: Table, vehicle: Table) -> FlightWishes:
+def read_tank(table: Table) -> Tank | None:
+    """[tank]; None when it is wrong."""
+    capacity = table.number("capacity_l", 0, 1_000, above_low=True)
+    flow = dose = None
+    if "flow_l_min" in table:
+        flow = table.number("flow_l_min", 0, 200, above_low=True) / _MINUTE
+    if "dose_l_ha" in table:
+        dose = table.number("dose_l_ha", 0, 10_000, above_low=True) / _HECTARE
+    if (flow is None) == (dose is None):
+        what = "is missing" if flow is None else "stands beside flow_l_min"
+        table.fault("dose_l_ha", what, "give flow_l_min, or dose_l_ha")
+    table.done()
+    told = [value for value in (capacity, flow, dose) if value is not None]
+    return Tank(capacity, flow, dose) if np.isfinite(told).all() else None
+
+
+def read_wishes(flight: Table, vehicle: Table, tank: Tank | None = None) -> FlightWishes:
     """[flight] and [vehicle]."""
     usual = Limits()
     limits = Limits(
@@ -112,7 +144,19 @@ def read_wishes(flight: Table, vehicle: Table) -> FlightWishes:
         takeoff_site=_place(flight, "takeoff_m"),
         landing_site=_place(flight, "landing_m"),
         limits=limits,
+        fly_over=flight.choice("fly_over", FlyOver, FlyOver.ROWS),
+        passes=flight.whole("passes", 1, 9, 1),
+        overlap=flight.number("overlap", 0, 0.9) if "overlap" in flight else None,
+        pattern=flight.choice("pattern", Pattern, Pattern.EVERY),
+        direction=flight.choice("direction", Direction, Direction.BOTH),
+        turn=flight.choice("turn", Turn, Turn.SQUARE),
+        headland=flight.number("headland_m", 0, 50, 0.0),
+        turn_radius=flight.number("turn_radius_m", 0.5, 20, 3.0),
+        follow=flight.choice("follow", Follow, Follow.LINE),
+        tank=tank,
     )
+    if "overlap" in flight and "passes" in flight:
+        flight.fault("passes", "stands beside overlap", "overlap tells how many passes it takes")
     flight.done()
     vehicle.done()
     return wishes

@@ -103,7 +103,7 @@ def plan_view(missions: list[Mission]) -> Sketch:
         + [o.position_site[None] for o in orchard.obstacles]
     )
     span = float(np.ptp(everything, axis=0).max())
-    margin = max(3.0, 0.05 * span)
+    margin = max(3.0, 0.09 * span)  # room for words beside the marks
     low, high = everything.min(axis=0) - margin, everything.max(axis=0) + margin
     low = low - [0.0, 0.09 * span]  # room for the scale and the compass
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
