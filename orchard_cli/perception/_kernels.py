@@ -162,5 +162,5 @@ def measure(depth, labels, columns, rows, base, growth, out):
                         break
                     other = depth[a, b]
                     if other > 0.0:
-                        f[HIDDEN_LEFT + side] += other < z - reach
+                        f[HIDDEN_LEFT + side] += other < z - 2.0 * reach
                         break

@@ -21,7 +21,7 @@ from . import _kernels
 from .distance import Distance, Rule
 from .fusion import fuse
 from .rays import Rays
-from .shapes import Shape, ShapeRules, judge, principal
+from .shapes import Shape, ShapeRules, breadth, judge, moments, principal
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,8 @@ class DepthDetector:
 
     def _detection(self, row: Vector, rays: Rays, block: int, shape: tuple[int, ...]) -> Detection:
         s, count = self.settings, float(row[_kernels.COUNT])
-        centre, spreads, axes = principal(row[_kernels.SUMS : _kernels.SUMS + 9], count)
+        centre, covariance = moments(row[_kernels.SUMS : _kernels.SUMS + 9], count)
+        spreads, axes = principal(covariance)
         left, right, top, bottom = row[_kernels.LEFT : _kernels.BOTTOM + 1]
         z = max(float(centre @ rays.site_from_camera[:, 2]), rays.camera.range_min)
         place = rays.position_site + centre
@@ -98,7 +99,9 @@ class DepthDetector:
         edge = left == 0 or top == 0 or right == shape[1] - 1 or bottom == shape[0] - 1
         behind = row[_kernels.HIDDEN_LEFT : _kernels.HIDDEN_BOTTOM + 1].max()
         seen = Shape(
-            width=float(right - left + 1) * block * z / rays.camera.fx,
+            width=min(
+                float(right - left + 1) * block * z / rays.camera.fx, breadth(centre, covariance)
+            ),
             bottom=level + float(row[_kernels.LOWEST]),
             top=level + float(row[_kernels.HIGHEST]),
             spreads=spreads,

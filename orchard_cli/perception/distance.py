@@ -93,7 +93,7 @@ def _threshold(depths: NDArray[np.float64]) -> float:
     mean_near = total / np.maximum(below, 1)
     mean_far = (total[-1] - total) / np.maximum(above, 1)
     best = int(np.argmax(below * above * (mean_far - mean_near) ** 2))
-    if mean_far[best] - mean_near[best] < APART:
+    if below[best] * above[best] == 0 or mean_far[best] - mean_near[best] < APART:
         return float(edges[-1])
     return float(edges[best + 1])
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchard_cli.model.arrays import Vector
+from orchard_cli.model.arrays import Array, Vector
 from orchard_cli.model.obstacles import Category
 
 
@@ -48,14 +48,27 @@ class Shape:
         return self.top - self.bottom
 
 
-def principal(sums: Vector, count: float) -> tuple[Vector, Vector, Vector]:
-    """Centre (3,), deviations (3,) greatest first, and their axes (3, 3) as columns, of `count`
-    points with sums x, y, z, xx, xy, xz, yy, yz, zz."""
+def moments(sums: Vector, count: float) -> tuple[Vector, Array]:
+    """Centre (3,) and covariance (3, 3) of `count` points with sums x, y, z, xx, xy, xz, yy, yz,
+    zz."""
     centre = sums[:3] / count
     xx, xy, xz, yy, yz, zz = sums[3:9] / count
     second = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    values, axes = np.linalg.eigh(second - np.outer(centre, centre))
-    return centre, np.sqrt(np.maximum(values[::-1], 0.0)), axes[:, ::-1]
+    return centre, second - np.outer(centre, centre)
+
+
+def principal(covariance: Array) -> tuple[Vector, Array]:
+    """Deviations (3,) greatest first, and their axes (3, 3) as columns."""
+    values, axes = np.linalg.eigh(covariance)
+    return np.sqrt(np.maximum(values[::-1], 0.0)), axes[:, ::-1]
+
+
+def breadth(centre: Vector, covariance: Array) -> float:
+    """m across the line of sight, level, of points that fill it evenly: as a box's width, but for
+    an image that rolls."""
+    across = np.array([-centre[1], centre[0], 0.0])
+    across /= max(float(np.linalg.norm(across)), 1e-9)
+    return float(np.sqrt(12.0 * max(across @ covariance @ across, 0.0)))
 
 
 def judge(shape: Shape, rules: ShapeRules) -> Category:

@@ -16,6 +16,7 @@ from .points import AvoidancePoints, Way, avoidance_points, clear_offset
 from .settings import ZonesSettings
 
 _ROUNDS = 4  # of moving P_2 out by what rounding cuts off
+_STEEPEST = 0.6  # sine of the angle between a leg and the course
 _SOON = 0.3  # m after the place where a change may begin
 
 
@@ -25,9 +26,11 @@ def points_past(
     """P_1, P_2 and P_3, each a row of (n, 3) m, past an obstacle on a path; or why there are none.
 
     `begin`: m along the path to where a change may begin. P_1 is `approach` m before the obstacle's
-    surface, or there when that is nearer.
+    surface; earlier before a wide one, whose legs would be steep; later where that is past.
     """
-    start = max(one.near - s.approach, begin + _SOON)
+    keep = one.obstacle.width / 2 + s.half + s.spare
+    wanted = max(one.obstacle.width / 2 + s.approach, keep / _STEEPEST)
+    start = max(one.along - wanted, begin + _SOON)
     reach = one.along - start
     if reach <= one.obstacle.width / 2:
         return "it is abeam already"
