@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from orchard_cli.flight.runner import Ending
+    from orchard_cli.flight.gear import Ending
     from orchard_cli.model.mission import Mission
 
     from .wiring import Choices, Equipment
@@ -208,8 +208,9 @@ def fly_mission(
 def _run(
     mission: Mission, equipment: Equipment, recorder: Any, quiet: bool, choices: Choices
 ) -> Ending:
+    from orchard_cli.flight.gear import Gear
     from orchard_cli.flight.reporter import Reporter
-    from orchard_cli.flight.runner import Flight, Gear
+    from orchard_cli.flight.runner import Flight
 
     from .operator import Operator
     from .screen import LiveScreen, QuietScreen

@@ -13,6 +13,7 @@ import numpy as np
 
 from orchard_cli.avoidance import Blind, Ego, Guided, Zones
 from orchard_cli.errors import Fault, InputError, LinkError
+from orchard_cli.flight.boundary import area_of
 from orchard_cli.flight.helm import Errand
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
 from orchard_cli.flight.ports import Avoidance, Camera, Clock, Guard, Sensors, Truth, Vehicle
@@ -124,7 +125,7 @@ def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:
     """The onboard cycle with its kernels compiled or loaded. Raises InputError."""
     make = maker(choices.system)
     warm_up(Onboard(OccupancyGrid(), make(), mission.limits), model)
-    return Onboard(OccupancyGrid(), make(), mission.limits)
+    return Onboard(OccupancyGrid(), make(), mission.limits, area_of(mission))
 
 
 def _run(errand: Errand) -> Trajectory:

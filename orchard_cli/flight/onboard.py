@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
 
+import numpy as np
+
+from orchard_cli.geometry.area import Area
 from orchard_cli.geometry.poses import interpolate
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.depth import DepthFrame
@@ -17,6 +20,7 @@ from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Pose, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
 
+from .boundary import bounded
 from .ports import Avoidance
 
 MAP_PERIOD = 1.0  # s between two records of the occupied cells
@@ -52,10 +56,14 @@ class OnboardResult:
 class Onboard:
     """Owns the map and asks the avoidance system; called by one worker, one job at a time."""
 
-    def __init__(self, grid: OccupancyGrid, avoidance: Avoidance, limits: Limits) -> None:
+    def __init__(
+        self, grid: OccupancyGrid, avoidance: Avoidance, limits: Limits, area: Area | None = None
+    ) -> None:
+        """What would leave `area` is not flown; None: no fence and no keep-outs."""
         self._grid = grid
         self._avoidance = avoidance
         self._limits = limits
+        self._area = area or Area(np.empty((0, 2)))
         self._mapped = -MAP_PERIOD
 
     def cycle(self, job: OnboardJob) -> OnboardResult:
@@ -79,7 +87,8 @@ class Onboard:
     def _judge(self, job: OnboardJob, frame_pose: Pose) -> Verdict:
         if job.active is None or job.reference is None:
             return Keep("nothing to check yet")
-        return self._avoidance.plan(
+        limits = self._limits if job.load is None else job.load.limits(self._limits)
+        verdict = self._avoidance.plan(
             Situation(
                 now=job.now,
                 commit=job.commit,
@@ -88,12 +97,14 @@ class Onboard:
                 reference=job.reference,
                 grid=self._grid,
                 frame=job.frame,
-                limits=self._limits if job.load is None else job.load.limits(self._limits),
+                limits=limits,
+                area=self._area,
                 frame_pose=frame_pose,
                 sensed=job.sensed,
                 load=job.load,
             )
         )
+        return bounded(verdict, job.active, job.now, job.commit, self._area, limits)
 
     def _result(
         self,

@@ -9,6 +9,7 @@ import numpy as np
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.vehicle import Landed, VehicleState
 
+from .boundary import ROUNDING, area_of
 from .safety import Tolerances
 
 START_TOLERANCE = 5.0  # m between the vehicle and the mission's take-off point
@@ -32,6 +33,9 @@ def not_ready(
             f"the vehicle stands {away:.1f} m from the take-off point ({x:.1f}, {y:.1f}); "
             f"carry it there, at most {START_TOLERANCE:.0f} m off"
         )
+    inside = area_of(mission).margins(vehicle.position_site[None])[0]
+    if inside < mission.limits.airframe_radius - ROUNDING:
+        reasons.append("the vehicle stands outside the fence, in a keep-out, or on their edge")
     if vehicle.landed is not Landed.ON_GROUND:
         reasons.append(
             f"the autopilot does not say that it is on the ground ({vehicle.landed.value})"

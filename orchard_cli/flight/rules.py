@@ -118,6 +118,7 @@ _PASSING = {
     Hazard.OFF_TRACK,
     Hazard.LINK_SILENT,
     Hazard.JUMPED,
+    Hazard.EDGE_NEAR,
 }
 
 
@@ -132,7 +133,7 @@ def _awake(seen: Seen, tolerances: Tolerances) -> bool:
         (seen.silence, tolerances.silence),
     )
     fresh = all(age < AWAKE or math.isinf(limit) for age, limit in ages)
-    return fresh and seen.off_track < 0.5 and seen.since_jump > CALM
+    return fresh and seen.off_track < 0.5 and seen.since_jump > CALM and seen.margins.ahead >= 0
 
 
 def _give_up(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage:

@@ -7,7 +7,6 @@ show. It does not know whether the clock, the vehicle and the camera are simulat
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,24 +14,21 @@ from orchard_cli.model.arrays import Vector
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import NewTrajectory, Severity
 from orchard_cli.model.sensors import Sensed
-from orchard_cli.model.tank import Load
-from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep
 
 from .anchored import Anchored
+from .boundary import NO_EDGE, Margins, area_of, margins
 from .gauge import Gauge
-from .helm import Errand, Helm
+from .gear import Ending, Gear
+from .helm import Helm
 from .inbox import Inbox
 from .onboard import OnboardJob, OnboardResult
 from .phases import begin, step
-from .ports import Camera, Clock, Guard, Operator, Recorder, Sensors, Truth, Vehicle
 from .preflight import not_ready
-from .reporter import Reporter
 from .safety import Phase, Request, Seen, Tolerances
 from .spray import spray
 from .stage import Decision, Stage
-from .worker import Worker
 
 RATE = 50.0  # Hz of the control loop and of the setpoint stream
 COMMIT = 0.3  # s: an avoidance begins at least this much after it was asked for
@@ -43,33 +39,6 @@ ALONG_ROUTE = 0.25  # rad, between the vehicle and where it should stand before 
 LOST = 5.0  # s of silence at the end: what became of the vehicle is not known
 
 
-@dataclass(frozen=True, slots=True)
-class Gear:
-    """Everything plugged into the loop."""
-
-    vehicle: Vehicle
-    camera: Camera
-    worker: Worker[OnboardJob, OnboardResult]
-    errands: Worker[Errand, Trajectory]
-    clock: Clock
-    recorder: Recorder
-    reporter: Reporter
-    operator: Operator
-    guard: Guard
-    truth: Truth | None = None
-    sensors: Sensors | None = None
-    load: Load | None = None  # the tank at take-off; None: no tank
-
-
-@dataclass(frozen=True, slots=True)
-class Ending:
-    """How the flight ended."""
-
-    as_planned: bool
-    why: str
-    trouble: bool = False  # it never armed, or what became of it is not known
-
-
 class Flight:
     """One mission, flown once."""
 
@@ -78,6 +47,7 @@ class Flight:
         self._gear = gear
         self._vehicle = Anchored(gear.vehicle)
         self._tolerances = tolerances or Tolerances()
+        self._area = area_of(mission)
         self._helm = Helm(mission, gear.errands)
         self._inbox = Inbox()
         self._sensed = Sensed()
@@ -218,10 +188,18 @@ class Flight:
             if checking
             else (),
             since_jump=now - self._jumped,
+            margins=self._margins(state),
             strayed=float(np.linalg.norm(self._vehicle.shift_site)),
             request=None if self._asked is None else self._asked[0],
             refused=self._refused,
         )
+
+    def _margins(self, state: VehicleState | None) -> Margins:
+        """From the edges of the fence and the keep-outs."""
+        if state is None:
+            return NO_EDGE
+        shift, deceleration = self._vehicle.shift_site, self._mission.limits.acceleration
+        return margins(self._area, state, shift, deceleration)
 
     def _hear(self, now: float) -> None:
         """Answers of the autopilot, and requests of the operator."""

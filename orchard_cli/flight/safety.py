@@ -12,6 +12,8 @@ from enum import Enum
 
 from orchard_cli.model.vehicle import FlightMode, VehicleState
 
+from .boundary import NO_EDGE, Margins
+
 
 class Phase(Enum):
     """Where the flight stands."""
@@ -37,10 +39,12 @@ class Hazard(Enum):
     LAND_ASKED = "landing asked for"
     BATTERY_CRITICAL = "battery critical"
     LINK_SILENT = "no telemetry"
+    CROSSED = "outside the fence or in a keep-out"
     RETURN_ASKED = "return asked for"
     BATTERY_LOW = "battery at the share needed to come back"
     STRAYED = "the position estimate has jumped too far in this flight"
     HOLD_ASKED = "hold asked for"
+    EDGE_NEAR = "braking would end outside the fence or in a keep-out"
     JUMPED = "the position estimate jumped"
     OFF_TRACK = "the vehicle is not where it was sent"
     FRAME_LATE = "no fresh depth frame"
@@ -63,10 +67,12 @@ _ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
     Hazard.LAND_ASKED:       (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
     Hazard.BATTERY_CRITICAL: (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
     Hazard.LINK_SILENT:      (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.CROSSED:          (STAY,  _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
     Hazard.RETURN_ASKED:     (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
     Hazard.BATTERY_LOW:      (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
     Hazard.STRAYED:          (STAY,  _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
     Hazard.HOLD_ASKED:       (_OVER, _LAND, _HOLD, _HOLD, _HOLD, _HOLD, _HOLD, STAY,  STAY, STAY),
+    Hazard.EDGE_NEAR:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  STAY,  STAY,  STAY, STAY),
     Hazard.JUMPED:           (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.OFF_TRACK:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.FRAME_LATE:       (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
@@ -125,6 +131,7 @@ class Seen:
     return_share: float  # of the battery, needed to come back from here, with the reserve
     critical_share: float  # of the battery, below it land at once
     not_ready: tuple[str, ...]  # reasons against arming
+    margins: Margins = NO_EDGE  # from fence and keep-outs
     since_jump: float = math.inf  # s since the position estimate jumped
     strayed: float = 0.0  # m by which it has jumped since arming, in all
     request: Request | None = None
@@ -181,6 +188,8 @@ def hazards(
         (seen.request is Request.RETURN, Hazard.RETURN_ASKED),
         (seen.request is Request.HOLD, Hazard.HOLD_ASKED),
         (seen.silence > tolerances.silence, Hazard.LINK_SILENT),
+        (seen.margins.here < 0, Hazard.CROSSED),
+        (seen.margins.ahead < 0 <= seen.margins.here, Hazard.EDGE_NEAR),
         (seen.since_jump < tolerances.jumped, Hazard.JUMPED),
         (seen.strayed > tolerances.strayed, Hazard.STRAYED),
         (seen.off_track > tolerances.off_track, Hazard.OFF_TRACK),

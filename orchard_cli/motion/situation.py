@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from orchard_cli.geometry.area import Area
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.depth import DepthFrame
@@ -32,6 +33,7 @@ class Situation:
     grid: OccupancyGrid
     frame: DepthFrame  # newest
     limits: Limits
+    area: Area | None = None  # where flying is allowed; what leaves it is refused; None: anywhere
     frame_pose: Pose | None = None  # the body's at the frame's time; None: not known
     load: Load | None = None  # of the vehicle's tank; `limits` are for it
     sensed: Sensed = field(default_factory=Sensed)  # newest scans of the sensors in `needs`

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from orchard_cli.avoidance import Blind
+from orchard_cli.flight.gear import Gear
 from orchard_cli.flight.onboard import Onboard
 from orchard_cli.flight.reporter import Reporter
-from orchard_cli.flight.runner import Flight, Gear
+from orchard_cli.flight.runner import Flight
 from orchard_cli.flight.worker import InlineWorker
 from orchard_cli.geometry.clearance import clearance
 from orchard_cli.mapping import OccupancyGrid

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from orchard_cli.avoidance import Blind, Guided
+from orchard_cli.flight.boundary import area_of
+from orchard_cli.flight.gear import Gear
 from orchard_cli.flight.onboard import Onboard
 from orchard_cli.flight.reporter import Reporter
-from orchard_cli.flight.runner import Flight, Gear
+from orchard_cli.flight.runner import Flight
 from orchard_cli.flight.safety import Request
 from orchard_cli.flight.worker import InlineWorker
 from orchard_cli.geometry.clearance import clearance
@@ -16,7 +18,7 @@ from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.mission import plan
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Provenance
-from orchard_cli.model.records import LogLine, SafetyRecord, SprayRecord
+from orchard_cli.model.records import LogLine, PlannerRecord, SafetyRecord, SprayRecord
 from orchard_cli.model.site import HeightReference, Orchard, SiteOrigin, TreeRow
 from orchard_cli.model.vehicle import Command, FlightMode, VehicleState
 from orchard_cli.model.wishes import FlightWishes
@@ -57,7 +59,7 @@ def fly(
     ideal.refuse = refuse or {}
     ledger = Ledger(requests)
     ledger.clock = ideal.now
-    onboard = Onboard(OccupancyGrid(), system or Guided(), mission.limits)
+    onboard = Onboard(OccupancyGrid(), system or Guided(), mission.limits, area_of(mission))
     gear = Gear(
         vehicle=ideal,
         camera=ideal,
@@ -365,3 +367,17 @@ def test_a_reset_of_the_estimator_holds_and_the_route_goes_on_where_it_was(missi
     assert ideal.position[:2] == pytest.approx(mission.landing_site, abs=0.05)  # where it was
     said = [record.text for record in ledger.of(LogLine)]
     assert any("the position estimate jumped by (+2" in text for text in said)
+
+
+def test_a_way_round_through_a_keep_out_is_refused_and_the_vehicle_goes_home(mission):
+    def beside(y):
+        return np.array([[6.0, y], [9.0, y], [9.0, y + 3.0], [6.0, y + 3.0]])
+
+    closed = replace(mission.orchard, keep_outs_site=(beside(0.5), beside(-3.5)))
+    fenced = replace(mission, orchard=closed)
+    ending, ideal, ledger = fly(fenced, world_of(mission, POLE))
+    assert not ending.as_planned
+    assert phases(ledger)[-4:] == ["hold", "return", "landing", "ended"]
+    decided = [r.why for r in ledger.of(PlannerRecord) if r.decision == "stop"]
+    assert any("leave the fence or enter a keep-out" in why for why in decided)
+    assert area_of(fenced).margins(path(ideal)).min() >= 0.0

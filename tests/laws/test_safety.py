@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from orchard_cli.flight.boundary import Margins
 from orchard_cli.flight.phases import begin, step
 from orchard_cli.flight.safety import TABLE, Hazard, Phase, Request, Seen, Tolerances, reaction
 from orchard_cli.flight.stage import Stage, Steer
@@ -252,3 +253,10 @@ def test_a_jump_of_the_estimate_holds_and_then_goes_on_unless_it_has_strayed():
     later = step(jumped, seen(still=True, since_jump=3.0), 103.0, Tolerances()).stage
     assert later.phase is Phase.RESUME
     assert decide(Phase.ROUTE, since_jump=0.0, strayed=9.0).stage.phase is Phase.RETURN
+
+
+def test_near_the_fence_it_holds_and_outside_it_goes_back():
+    near = decide(Phase.ROUTE, margins=Margins(0.8, -0.2)).stage
+    assert (near.phase, near.cause) == (Phase.HOLD, Hazard.EDGE_NEAR)
+    assert decide(Phase.ROUTE, margins=Margins(-0.1, -0.9)).stage.phase is Phase.RETURN
+    assert decide(Phase.RETURN, margins=Margins(-0.1, -0.9)).stage.phase is Phase.RETURN

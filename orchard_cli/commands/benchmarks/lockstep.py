@@ -6,9 +6,10 @@ import contextlib
 import time
 from dataclasses import dataclass, fields
 
+from orchard_cli.flight.gear import Gear
 from orchard_cli.flight.ports import Clock
 from orchard_cli.flight.reporter import Reporter
-from orchard_cli.flight.runner import Flight, Gear
+from orchard_cli.flight.runner import Flight
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import Record
 from orchard_cli.model.world import World
