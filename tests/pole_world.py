@@ -9,9 +9,13 @@ import numpy as np
 from orchard_cli.mapping import Band, Window
 from orchard_cli.model.depth import DepthFrame, d455
 from orchard_cli.model.mission import Limits
+from orchard_cli.model.sensors import Sensed, corner_lasers, plant_protection_radar
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import FlightMode, Landed, VehicleState
+from orchard_cli.model.world import Pole, World
 from orchard_cli.motion.situation import Avoid, Keep, Situation, Verdict
+from orchard_cli.simulator.scene import Scene
+from orchard_cli.simulator.sensors import RadarModel, RangeModel
 
 CELL = 0.1
 SIZE = 800
@@ -80,7 +84,7 @@ def straight_route(length=40.0, heading=0.0, speed=1.0, interval=0.5, height=3.5
     )  # fmt: skip
 
 
-def situation(now, commit, active, reference, grid, limits=None, yaw=0.0):
+def situation(now, commit, active, reference, grid, limits=None, yaw=0.0, poles=None):
     here = active.at(now)
     nose = np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
     vehicle = VehicleState(
@@ -89,8 +93,22 @@ def situation(now, commit, active, reference, grid, limits=None, yaw=0.0):
     )  # fmt: skip
     return Situation(
         now=now, commit=commit, vehicle=vehicle, active=active, reference=reference, grid=grid,
-        frame=BLANK, limits=limits or Limits(),
+        frame=BLANK, limits=limits or Limits(), sensed=sensed(here, nose, now, poles),
     )  # fmt: skip
+
+
+def sensed(here, nose, now, poles):
+    """What a radar and four lasers see of poles (x, y, radius); None: there are no such sensors."""
+    if poles is None:
+        return Sensed()
+    world = World("poles", poles=tuple(Pole(x, y, r, 8.0) for x, y, r in poles))
+    scene, number = Scene(world), int(now * 100) + 1000
+    radar = RadarModel(scene, plant_protection_radar(0.2))
+    lasers = RangeModel(scene, corner_lasers(0.25))
+    place, velocity = here.position_site, here.velocity_site
+    return Sensed(
+        radar.scan(place, velocity, nose, now, number), lasers.scan(place, nose, now, number)
+    )
 
 
 @dataclass
@@ -111,9 +129,9 @@ class Flight:
         return [type(v).__name__ for _, v in self.verdicts]
 
 
-def fly(system, reference, grid, commit=0.2, rate=15.0, longest=90.0, each=None):
+def fly(system, reference, grid, commit=0.2, rate=15.0, longest=90.0, each=None, limits=None):
     """Fly a reference with perfect tracking, one plan per frame. `each(now, grid)` may meddle."""
-    active, now, yaw = reference, reference.start, 0.0
+    active, now, yaw, held = reference, reference.start, 0.0, (-np.inf, None)
     rows, verdicts = [], []
     goal = reference.control_points_site[-1]
     while now < reference.start + longest:
@@ -123,13 +141,20 @@ def fly(system, reference, grid, commit=0.2, rate=15.0, longest=90.0, each=None)
         ahead = active.at(now + 0.8).position_site - here.position_site
         if np.hypot(*ahead[:2]) > 0.05:
             yaw = np.arctan2(ahead[1], ahead[0])
+        if now < held[0] and held[1] is not None:
+            yaw = held[1]
         grid.look(here.position_site[:2], yaw)
         if each:
             each(now, grid)
-        verdict = system.plan(situation(now, now + commit, active, reference, grid, yaw=yaw))
+        poles = grid.poles if system.needs else None
+        verdict = system.plan(
+            situation(now, now + commit, active, reference, grid, limits, yaw, poles)
+        )
         if not isinstance(verdict, Keep):
             same_until(active, verdict.trajectory, now, now + commit)
             active = verdict.trajectory
+            if isinstance(verdict, Avoid):
+                held = (verdict.rejoin, verdict.yaw_site)
         if not (isinstance(verdict, Keep) and verdict.why == "free"):
             verdicts.append((now, verdict))
         rows.append(

@@ -18,6 +18,7 @@ from .demo import demo
 from .doctor import doctor
 from .export import export
 from .fly import fly
+from .identify import identify_app
 from .plan import plan
 from .reproduce import reproduce
 from .survey import survey_app
@@ -40,6 +41,7 @@ app.command()(bench)
 app.command()(doctor)
 app.add_typer(survey_app, name="survey")
 app.command()(reproduce)
+app.add_typer(identify_app, name="identify")
 
 
 def _version(wanted: bool) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orchard_cli.avoidance import Blind, Ego, Guided, Zones
+from orchard_cli.avoidance import Blind, Dfa, Ego, Guided, Zones
 from orchard_cli.errors import Fault, InputError, LinkError
 from orchard_cli.flight.boundary import area_of
 from orchard_cli.flight.helm import Errand
@@ -50,6 +50,8 @@ SYSTEMS: dict[str, Callable[[], Avoidance]] = {
     "ego": Ego,
     "ego-published": Ego.published,
     "zones": _zones,
+    "dfa": Dfa,
+    "dfa-wide": Dfa.wide,
     "none": Blind,
 }
 

@@ -10,10 +10,10 @@ from orchard_cli.avoidance.ego.anchors._kernels import BLOCKED, MOST, add_pairs
 from orchard_cli.avoidance.ego.cells._kernels import inflate, is_blocked
 from orchard_cli.avoidance.ego.cost._kernels import total_cost
 from orchard_cli.avoidance.ego.initial import Pace, quintic, through
-from orchard_cli.avoidance.ego.join import join_at
 from orchard_cli.avoidance.ego.search._kernels import find_way
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.trajectory import MotionState, Trajectory
+from orchard_cli.motion.join import join_at
 
 FRAME = np.array([0.0, -3.0, 2.0, 0.1])
 

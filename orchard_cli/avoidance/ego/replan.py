@@ -9,10 +9,10 @@ import numpy as np
 from orchard_cli.model.arrays import Array, Points
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.trajectory import DEGREE, Trajectory
+from orchard_cli.motion.join import Join, join_at
 
 from . import _kernels
 from .initial import Pace, Polynomial, continued, quintic, random_middle, sampling, through
-from .join import Join, join_at
 from .obstacles import Obstacles
 from .route import Target, onward, strays
 from .settings import EgoSettings

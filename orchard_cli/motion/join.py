@@ -59,12 +59,12 @@ def join_at(active: Trajectory, now: float, commit: float, interval: float) -> J
         interval = active.interval
     if len(inside) == 0:
         piece = _piece(active, (now + commit) / 2)
-        leads = max(1, int(np.ceil((commit - now) / interval - _NEAR)))
+        leads = max(1, int(np.ceil((commit - now) / interval + _NEAR)))
         centres = commit + interval * np.arange(-leads - 1, 2)
         points = [piece.control_point(float(c), interval) for c in centres]
         return Join(commit, interval, np.array(points))
     interval = max(interval, commit - inside[-1])  # never before the commit time
-    leads = max(1, int(np.ceil((inside[0] - now) / interval - _NEAR)))
+    leads = max(1, int(np.ceil((inside[0] - now) / interval + _NEAR)))
     before = _piece(active, inside[0] - _NEAR)
     points = [
         before.control_point(inside[0] + k * interval, interval) for k in range(-leads - 1, 2)

@@ -1,0 +1,130 @@
+"""Radar and laser scans as what the automaton reads: the obstacle ahead, and where it is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from orchard_cli.geometry.rotations import rotate
+from orchard_cli.model.arrays import Array, Points, Vector
+from orchard_cli.model.sensors import RadarScan, RangeScan
+from orchard_cli.model.vehicle import VehicleState
+from orchard_cli.motion.situation import Situation
+
+from .states import NOTHING, Reading
+
+BAND = 0.5  # m over and under the vehicle in which an obstacle stands in its way, and
+BAND_GROWTH = 0.02  # m more of it for each metre of range: what the radar's elevation is worth
+AGREE = 0.8  # m between reflections of two scans that confirm each other
+KEPT = 0.35  # s for which the obstacle is remembered when the radar loses it
+STALE = 0.5  # s: older scans say nothing
+
+
+@dataclass(slots=True, eq=False)
+class View:
+    """Remembers the last scans: a reflection counts when one of the two scans before has it too,
+    and a laser is free when it measures nothing twice."""
+
+    _radar: list[tuple[float, Points]] = field(default_factory=list)  # time, (n, 3) m, site
+    _range: list[RangeScan] = field(default_factory=list)
+    _confirmed: Points = field(default_factory=lambda: np.empty((0, 3)))
+    _aside: tuple[float, float] = (-math.inf, math.nan)  # time, m
+
+    def look(self, situation: Situation) -> None:
+        """Take the scans that are new."""
+        radar, lasers = situation.sensed.radar, situation.sensed.range
+        if radar is not None and (not self._radar or radar.time > self._radar[-1][0]):
+            points = _points_site(radar, situation.vehicle)
+            older = [p for _, p in self._radar[-2:]]
+            self._radar = [*self._radar[-2:], (radar.time, points)]
+            known = np.concatenate([np.empty((0, 3)), *older])
+            self._confirmed = points[_near(points, known)]
+        if lasers is not None and (not self._range or lasers.time > self._range[-1].time):
+            self._range = [*self._range[-1:], lasers]
+
+    def age(self, now: float) -> float:
+        """s since the older of the two sensors' newest scans; inf when one has never spoken."""
+        if not self._radar or not self._range:
+            return math.inf
+        return now - min(self._radar[-1][0], self._range[-1].time)
+
+    def reading(self, situation: Situation, width: float, facing: Vector) -> Reading:
+        """`width`: m beside the path ahead in which things count; `facing` (2,): forward."""
+        here = situation.vehicle.position_site
+        there = self._standing(situation)
+        path = _path_ahead(situation)
+        ahead, aside = math.inf, math.nan
+        if len(there):
+            on_path = there[_distances(there[:, :2], path) < width]
+            ahead = min(
+                (float(x) for x in np.linalg.norm(on_path[:, :2] - here[:2], axis=1)),
+                default=math.inf,
+            )
+            away = there[:, :2] - here[:2]
+            nearest = away[int(np.argmin(np.linalg.norm(away, axis=1)))]
+            aside = float(facing[0] * nearest[1] - facing[1] * nearest[0])
+            self._aside = (situation.now, aside)
+        elif situation.now - self._aside[0] < KEPT:
+            aside = self._aside[1]
+        return Reading(ahead, aside, self._lasers())
+
+    def obstacle(self, situation: Situation, width: float) -> Vector | None:
+        """(3,) m: the nearest reflection in the way."""
+        there = self._standing(situation)
+        there = there[_distances(there[:, :2], _path_ahead(situation)) < width]
+        if not len(there):
+            return None
+        away = np.linalg.norm(there - situation.vehicle.position_site, axis=1)
+        return np.asarray(there[int(np.argmin(away))])
+
+    def _standing(self, situation: Situation) -> Points:
+        """Confirmed reflections at the vehicle's own height, (n, 3) m."""
+        if situation.now - (self._radar[-1][0] if self._radar else -math.inf) > STALE:
+            return np.empty((0, 3))
+        off = self._confirmed - situation.vehicle.position_site
+        band = BAND + BAND_GROWTH * np.linalg.norm(off, axis=1)
+        standing: Points = self._confirmed[np.abs(off[:, 2]) < band]
+        return standing
+
+    def _lasers(self) -> tuple[float, float, float, float]:
+        if not self._range:
+            return (NOTHING,) * 4
+        ranges = np.min([scan.ranges for scan in self._range], axis=0)
+        a, b, c, d = (float(one) for one in ranges)
+        return (a, b, c, d)
+
+
+def _points_site(scan: RadarScan, vehicle: VehicleState) -> Points:
+    """(n, 3) m, from where the vehicle was when it was scanned."""
+    there = vehicle.position_site - vehicle.velocity_site * (vehicle.time - scan.time)
+    return np.asarray(rotate(vehicle.site_from_body, scan.points_body) + there)
+
+
+def _near(points: Points, known: Points) -> Array:
+    """Which of the points (n, 3) have a known one (k, 3) beside them."""
+    if not len(points) or not len(known):
+        return np.zeros(len(points), dtype=np.bool_)
+    off = np.linalg.norm(points[:, None, :2] - known[None, :, :2], axis=2)
+    return np.asarray((off < AGREE).any(axis=1))
+
+
+def _path_ahead(situation: Situation) -> Points:
+    """(k, 2) m: what is flown next, and, where it ends soon, straight on."""
+    active = situation.active
+    horizon = 30.0 / max(situation.limits.speed, 0.1)
+    end = max(min(active.end, situation.now + horizon), situation.now + 0.1)
+    places: Points = active.sample(np.linspace(situation.now, end, 80))[0][:, :2]
+    return places
+
+
+def _distances(points: Points, path: Points) -> Array:
+    """Horizontal distance, m, of each point (n, 2) to a polyline (k, 2)."""
+    a, b = path[:-1], path[1:]
+    along = b - a
+    square = np.maximum((along**2).sum(axis=1), 1e-12)
+    offset = points[:, None] - a[None]
+    share = np.clip((offset * along).sum(axis=2) / square, 0.0, 1.0)
+    gaps = np.linalg.norm(offset - share[..., None] * along, axis=2)
+    return np.asarray(gaps.min(axis=1))
