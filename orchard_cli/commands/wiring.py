@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orchard_cli.avoidance import Blind, Dfa, Ego, Guided, Zones
-from orchard_cli.errors import Fault, InputError, LinkError
+from orchard_cli.errors import LinkError
 from orchard_cli.flight.boundary import area_of
 from orchard_cli.flight.helm import Errand
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
-from orchard_cli.flight.ports import Avoidance, Camera, Clock, Guard, Sensors, Truth, Vehicle
+from orchard_cli.flight.ports import Camera, Clock, Guard, Sensors, Truth, Vehicle
 from orchard_cli.flight.safety import Tolerances
 from orchard_cli.flight.warmup import warm_up
 from orchard_cli.flight.worker import InlineWorker, ThreadWorker, Worker
@@ -26,34 +25,18 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.world import World
-from orchard_cli.perception import DepthDetector, RgbdEyes
 from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
 from orchard_cli.simulator.fleet import kit
 from orchard_cli.simulator.rendered_camera import RenderedCamera
 
 from .loading import carried
+from .systems import maker
 
 if TYPE_CHECKING:
     from orchard_cli.vehicle import MavsdkVehicle
 
 DEADMAN = 0.5  # s of real time
 BLIND = Tolerances(frame_age=math.inf, planner_age=math.inf)
-
-
-def _zones() -> Avoidance:
-    """With eyes that need no weights."""
-    return Zones(RgbdEyes(DepthDetector()))
-
-
-SYSTEMS: dict[str, Callable[[], Avoidance]] = {
-    "guided": Guided,
-    "ego": Ego,
-    "ego-published": Ego.published,
-    "zones": _zones,
-    "dfa": Dfa,
-    "dfa-wide": Dfa.wide,
-    "none": Blind,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,14 +96,6 @@ class NoCamera:
 
     def close(self) -> None:
         """Nothing to let go of."""
-
-
-def maker(system: str) -> Callable[[], Avoidance]:
-    """What makes the system of that name. Raises InputError."""
-    if system not in SYSTEMS:
-        known = ", ".join(SYSTEMS)
-        raise InputError(Fault("--system", f"no system {system!r}", f"choose of {known}"))
-    return SYSTEMS[system]
 
 
 def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:

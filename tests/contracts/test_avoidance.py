@@ -3,26 +3,18 @@
 import numpy as np
 import pytest
 
-<<<<<<< HEAD
-from orchard_cli.avoidance import Blind, Ego, Guided, Zones
-=======
-from orchard_cli.avoidance import Blind, Dfa, Ego, Guided
->>>>>>> b8c701c (The dfa system of Ahmed 2022: the automaton, its way through trajectories, drift identification; its tables in orchard reproduce)
+from orchard_cli.avoidance import Blind, Dfa, Ego, Guided, Zones
 from orchard_cli.motion.situation import Avoid, Keep, Stop
 from orchard_cli.perception import DepthDetector, RgbdEyes
 
 from ..pole_world import PoleMap, same_until, situation, straight_route
 
-<<<<<<< HEAD
 
 def zones():
     return Zones(RgbdEyes(DepthDetector()))
 
 
-SYSTEMS = [Guided, Ego, zones, Blind]
-=======
-SYSTEMS = [Guided, Ego, Dfa, Blind]
->>>>>>> b8c701c (The dfa system of Ahmed 2022: the automaton, its way through trajectories, drift identification; its tables in orchard reproduce)
+SYSTEMS = [Guided, Ego, zones, Dfa, Blind]
 ROUTE = straight_route(40.0)
 WORLDS = {
     "empty": [],
@@ -91,8 +83,4 @@ def test_a_stop_ends_at_rest(make):
 
 @pytest.mark.parametrize("make", SYSTEMS)
 def test_has_a_name_for_the_command_line(make):
-<<<<<<< HEAD
-    assert make().name in ("guided", "ego", "zones", "none")
-=======
-    assert make().name in ("guided", "ego", "dfa", "none")
->>>>>>> b8c701c (The dfa system of Ahmed 2022: the automaton, its way through trajectories, drift identification; its tables in orchard reproduce)
+    assert make().name in ("guided", "ego", "zones", "dfa", "none")
