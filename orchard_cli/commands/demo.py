@@ -16,7 +16,7 @@ MISSIONS = Path(__file__).resolve().parents[2] / "missions"
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for what the demo makes.")] = Path("demo"),
-    system: Annotated[str, typer.Option(help="guided, ego, ego-published or none.")] = "guided",
+    system: Annotated[str, typer.Option(help="guided, ego, zones or none.")] = "guided",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulator's noise and wind.")] = 0,
     speed_factor: Annotated[
         float, typer.Option(min=0.1, max=20, help="Simulated seconds per real second.")

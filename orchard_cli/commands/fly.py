@@ -24,9 +24,7 @@ def fly(
         typer.Option(help="Fly a REAL vehicle on this MAVSDK URL, like udpin://0.0.0.0:14540."),
     ] = None,
     world: Annotated[Path | None, typer.Option(help="World file for the simulator.")] = None,
-    system: Annotated[
-        str, typer.Option(help="guided, ego, ego-published, dfa or none.")
-    ] = "guided",
+    system: Annotated[str, typer.Option(help="guided, ego, zones, dfa, none, ....")] = "guided",
     seed: Annotated[
         int | None,
         typer.Option(min=0, help="Seed of the simulator's noise and wind; default: the world's."),

@@ -13,6 +13,7 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.world import World
 
 from .. import wiring
+from ..systems import SYSTEMS
 from . import cycle, frames, lockstep, machine, mapping, octomap, replanning
 from .document import SCHEMA, plain
 from .pole_fields import FIELDS
@@ -51,7 +52,7 @@ def run(plan: Plan) -> dict[str, Any]:
     world, _ = wiring.load_world(mission, plan.world)
     about, samples = machine.describe(), Samples()
     stretches = _frames(plan, mission, world, samples)
-    make = wiring.SYSTEMS[plan.systems[0]]
+    make = SYSTEMS[plan.systems[0]]
     _maps(plan, stretches, _low(plan, mission, world), samples)
     replans = _replans(plan, mission, samples)
     cycle.measure(stretches, mission, make, plan.paced, samples)
@@ -73,8 +74,8 @@ def run(plan: Plan) -> dict[str, Any]:
 
 
 def planners() -> tuple[str, ...]:
-    """The systems that plan."""
-    return tuple(name for name in wiring.SYSTEMS if name != NO_PLANNER)
+    """The systems that plan on depth alone: the bench's fields have no other sensors."""
+    return tuple(name for name, make in SYSTEMS.items() if name != NO_PLANNER and not make().needs)
 
 
 def check(systems: Sequence[str]) -> None:
@@ -126,7 +127,7 @@ def _replans(plan: Plan, mission: Mission, samples: Samples) -> dict[str, Any]:
     limits, found = mission.limits, {}
     for number, name in enumerate(plan.systems):
         own = samples if number == 0 else Samples()
-        tallies = replanning.measure(wiring.SYSTEMS[name], FIELDS, plan.replans, plan.seed, own)
+        tallies = replanning.measure(SYSTEMS[name], FIELDS, plan.replans, plan.seed, own)
         found[name] = {
             field: replanning.summary(tally, limits.clearance, limits.airframe_radius)
             for field, tally in tallies.items()

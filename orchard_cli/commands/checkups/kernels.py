@@ -16,7 +16,7 @@ from .finding import Finding, Verdict
 
 def kernels(system: str) -> list[Finding]:
     """Run the onboard cycle of a system once: what is not in the cache is compiled, and kept."""
-    from orchard_cli.commands.wiring import SYSTEMS
+    from orchard_cli.commands.systems import SYSTEMS
 
     before = counts()
     began = time.monotonic()
