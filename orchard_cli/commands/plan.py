@@ -20,7 +20,9 @@ from .export import chosen_format, write_export
 from .resume import resumed
 
 if TYPE_CHECKING:
+    from orchard_cli.mission.route import Pass
     from orchard_cli.model.mission import Mission
+    from orchard_cli.survey import Survey
 
 
 def plan(
@@ -89,22 +91,30 @@ def plan(
     )  # fmt: skip
     surveyed = surveys.load(survey, options, keys)
     survey_input.confirm(surveyed, yes, quiet or as_json)
+    left, remarks = _left(surveyed, resume_at, resume_from or [], missed)
     try:
-        missions, remarks = _planned(surveyed, resume_at, resume_from or [], missed)
+        missions = _planned(surveyed, left)
     except InputError as error:
         raise InputError(
-            f if f.where.startswith("--") else Fault(f"{survey.name}: {f.where}", f.what, f.mend)
-            for f in error.faults
+            Fault(f"{survey.name}: {f.where}", f.what, f.mend) for f in error.faults
         ) from error
     files = _saved(missions, output or mission_path(survey), exports or [])
     found = surveyed.recognised.notes if surveyed.recognised else ()
     _tell(_figures(missions, files, found), missions[0].name, remarks, as_json, quiet)
 
 
-def _planned(
-    surveyed: Any, at: str | None, logs: Sequence[Path], missed: bool
-) -> tuple[tuple[Mission, ...], list[str]]:
-    """The missions, and what to tell about a resumed one."""
+def _left(
+    surveyed: Survey, at: str | None, logs: Sequence[Path], missed: bool
+) -> tuple[list[Pass] | None, list[str]]:
+    """What a resumed flight has to spray, and what to tell about it; None: the whole orchard."""
+    if at is not None or logs:
+        return resumed(surveyed, at, logs, missed)
+    if missed:
+        raise InputError(Fault("--missed", "needs a log", "give --resume-from"))
+    return None, []
+
+
+def _planned(surveyed: Survey, left: list[Pass] | None) -> tuple[Mission, ...]:
     from orchard_cli import mission as missions
     from orchard_cli.model.mission import Provenance
 
@@ -115,12 +125,9 @@ def _planned(
         created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
     orchard, wishes = surveyed.orchard, surveyed.wishes
-    if at is None and not logs:
-        if missed:
-            raise InputError(Fault("--missed", "needs a log", "give --resume-from"))
-        return missions.plan_sorties(orchard, wishes, provenance), []
-    left, remarks = resumed(surveyed, at, logs, missed)
-    return missions.plan_from_home(orchard, wishes, provenance, left), remarks
+    if left is None:
+        return missions.plan_sorties(orchard, wishes, provenance)
+    return missions.plan_from_home(orchard, wishes, provenance, left)
 
 
 def _saved(missions: Sequence[Mission], out: Path, exports: Sequence[Path]) -> list[Path]:

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from orchard_cli.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    from orchard_cli.mission.resume import Missed
+    from orchard_cli.mission.resume import Missed, Stop
     from orchard_cli.mission.route import Pass
     from orchard_cli.model.arrays import Points
     from orchard_cli.model.mission import Mission
+    from orchard_cli.survey import Survey
 
 _OTHERWISE = "give the options of the flight that was logged"
 _NEAR = 0.05  # m: a line of the logged mission that is one of this plan's
 
 
 def resumed(
-    surveyed: Any, at: str | None, logs: Sequence[Path], with_missed: bool
+    surveyed: Survey, at: str | None, logs: Sequence[Path], with_missed: bool
 ) -> tuple[list[Pass], list[str]]:
     """The passes that are left, and remarks on what was found. Raises InputError."""
     from orchard_cli.mission import resume, route
@@ -46,7 +47,7 @@ def resumed(
     return _left(flown, stop, left), remarks
 
 
-def _left(flown: list[Pass], stop: Any, before: Sequence[Pass] = ()) -> list[Pass]:
+def _left(flown: list[Pass], stop: Stop, before: Sequence[Pass] = ()) -> list[Pass]:
     from orchard_cli.mission import resume
 
     left = [*before, *resume.rest(flown, stop)]
