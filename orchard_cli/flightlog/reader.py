@@ -162,6 +162,11 @@ class _Taken:
         if backwards:
             notes.append(f"{backwards} odometry messages out of time order are left out")
         notes += [
+            f"{rows.impossible} messages of {topic} tell impossible numbers and are left out"
+            for topic, rows in self._rows.items()
+            if rows.impossible
+        ]
+        notes += [
             f"{count} messages of {topic} cannot be read"
             for topic, count in sorted(self._unreadable.items())
         ]

@@ -24,6 +24,9 @@ from orchard_cli.model.records import (
 from orchard_cli.model.sensors import Beams, Radar, RadarScan, RangeScan
 from orchard_cli.model.trajectory import Trajectory
 
+POSSIBLE = 1e9
+"""No time (s since the computer started), place (m) or speed (m/s) of a flight is larger."""
+
 _NO_VECTOR = [float("nan")] * 3
 
 
@@ -56,8 +59,15 @@ class Rows:
     def table(self) -> tuple[Array, int]:
         """(n, width) in time order, each time once, the time first; and how many went back."""
         table = np.frombuffer(self._numbers, dtype=np.float64).reshape(-1, self._width)
+        table = table[~(np.abs(table) > POSSIBLE).any(axis=1)]  # NaN, not known, is possible
         times = table[:, 0]
         return table[_advancing(times)], int((np.diff(times) < 0).sum())
+
+    @property
+    def impossible(self) -> int:
+        """Messages with numbers that no flight has; they are left out."""
+        table = np.frombuffer(self._numbers, dtype=np.float64).reshape(-1, self._width)
+        return int((np.abs(table) > POSSIBLE).any(axis=1).sum())
 
 
 def motion_rows() -> Rows:

@@ -17,7 +17,7 @@ from typing import IO, Any, NamedTuple
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, ChunkIndex, Metadata, Schema
+from mcap.records import Attachment, Channel, Metadata, Schema
 
 from orchard_cli.errors import Fault, InputError
 
@@ -28,12 +28,14 @@ SMALL = 64 * 2**20
 """bytes: a file up to this size is read whole, so that its checksum over everything is verified."""
 SWELLING = 256 * 2**20, 100
 """bytes, and times the file's size: a file that unpacks to more than both is no flight."""
-CROWD = 2_000_000, 4
+CROWD = 1_000_000, 4
 """records, and per byte of the file: a file with more records than both is no flight."""
 
 _HEAD = struct.Struct("<BQ")  # opcode, length of what follows
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _FOOTER = struct.Struct("<QQI")  # start of the summary, of its offsets; checksum
+_CHUNK_INDEX = struct.Struct("<QQQQI")  # first and last time, place, length, bytes of pairs
+_PAIR = struct.Struct("<HQ")  # channel, place of its message index
 _PLAIN = {Opcode.SCHEMA: Schema, Opcode.CHANNEL: Channel, Opcode.METADATA: Metadata}
 
 
@@ -83,7 +85,7 @@ class Scan:
             fault = Fault(str(self._path), "is no MCAP log", "name a log of `orchard fly`")
             raise InputError(fault)
         skipped = _needless(stream, size, self._topics) if size > SMALL else {}
-        data = _Data(stream, size, skipped)
+        data = _Data(stream, size, skipped, self._topics)
         try:
             yield from data
         except Cut:
@@ -99,8 +101,16 @@ class Scan:
 class _Data:
     """The file's records up to its end; chunks opened."""
 
-    def __init__(self, stream: IO[bytes], size: int, skipped: dict[int, int]) -> None:
+    def __init__(
+        self,
+        stream: IO[bytes],
+        size: int,
+        skipped: dict[int, int],
+        topics: Collection[str] | None,
+    ) -> None:
         self._stream, self._size, self._skipped = stream, size, skipped
+        self._topics = topics
+        self._wanted: set[int] = set()  # channels of topics that were asked for
         self._checksum = zlib.crc32(MAGIC)
         self._swelling = max(SWELLING[0], SWELLING[1] * size)
         self._crowd = max(CROWD[0], size // CROWD[1])
@@ -145,14 +155,21 @@ class _Data:
             yield from self._inside(_unpacked(content, self._spend))
         elif opcode == Opcode.MESSAGE:
             channel, _, log_time, _ = _MESSAGE.unpack_from(content)
-            yield Raw(channel, log_time, content[_MESSAGE.size :])
+            if channel in self._wanted:
+                yield Raw(channel, log_time, content[_MESSAGE.size :])
         elif opcode == Opcode.ATTACHMENT:
             (told,) = struct.unpack_from("<I", content, len(content) - 4)
             if told and told != zlib.crc32(content[:-4]):
                 raise Broken("an attachment's checksum is wrong")
             yield Attachment.read(_stream(content))
         elif opcode in _PLAIN:
-            yield _PLAIN[Opcode(opcode)].read(_stream(content))
+            yield self._plain(opcode, content)
+
+    def _plain(self, opcode: int, content: bytes) -> Any:
+        record = _PLAIN[Opcode(opcode)].read(_stream(content))
+        if isinstance(record, Channel) and (self._topics is None or record.topic in self._topics):
+            self._wanted.add(record.id)
+        return record
 
     def _spend(self, count: int) -> None:
         self._swelling -= count
@@ -163,6 +180,7 @@ class _Data:
         """All of a chunk or nothing: what is yielded has been read to its end."""
         found: list[Any] = []
         place, end, head, message = 0, len(records), _HEAD, _MESSAGE
+        wanted = self._wanted
         while place < end:
             opcode, length = head.unpack_from(records, place)
             start = place + head.size
@@ -171,9 +189,10 @@ class _Data:
                 raise Broken(f"it is damaged near byte {self.place} (a record beyond its chunk)")
             if opcode == Opcode.MESSAGE:
                 channel, _, log_time, _ = message.unpack_from(records, start)
-                found.append(Raw(channel, log_time, records[start + message.size : place]))
+                if channel in wanted:
+                    found.append(Raw(channel, log_time, records[start + message.size : place]))
             elif opcode in _PLAIN:
-                found.append(_PLAIN[Opcode(opcode)].read(_stream(records[start:place])))
+                found.append(self._plain(opcode, records[start:place]))
             self._crowd -= 1
             if self._crowd < 0:
                 raise Broken("it holds far more records than a flight")
@@ -224,15 +243,12 @@ def _needless(stream: IO[bytes], size: int, topics: Collection[str] | None) -> d
     finally:
         stream.seek(len(MAGIC))
     wanted = {channel.id for channel in channels if channel.topic in topics}
-    return {
-        one.chunk_start_offset: one.chunk_length + one.message_index_length
-        for one in chunks
-        if one.message_index_offsets and not wanted & one.message_index_offsets.keys()
-    }
+    return {place: length for place, length, held in chunks if held and not wanted & held}
 
 
-def _summary(stream: IO[bytes], size: int) -> tuple[list[Channel], list[ChunkIndex]]:
-    """The channels and chunks that the file's end tells of. Raises anything when it is damaged."""
+def _summary(stream: IO[bytes], size: int) -> tuple[list[Channel], list[tuple[int, int, set[int]]]]:
+    """The channels that the file's end tells of, and of each chunk its place, its length with its
+    message indexes, and its channels. Raises anything when it is damaged."""
     tail = _HEAD.size + _FOOTER.size + len(MAGIC)
     stream.seek(size - tail)
     footer = stream.read(tail)
@@ -251,5 +267,14 @@ def _summary(stream: IO[bytes], size: int) -> tuple[list[Channel], list[ChunkInd
         if opcode == Opcode.CHANNEL:
             channels.append(Channel.read(_stream(content)))
         elif opcode == Opcode.CHUNK_INDEX:
-            chunks.append(ChunkIndex.read(_stream(content)))
+            chunks.append(_chunk_index(content))
     return channels, chunks
+
+
+def _chunk_index(content: bytes) -> tuple[int, int, set[int]]:
+    """Place, length with message indexes, channels: the parts of a ChunkIndex that matter here."""
+    _, _, start, length, listed = _CHUNK_INDEX.unpack_from(content)
+    place = _CHUNK_INDEX.size
+    channels = {channel for channel, _ in _PAIR.iter_unpack(content[place : place + listed])}
+    (indexes,) = struct.unpack_from("<Q", content, place + listed)
+    return start, length + indexes, channels
