@@ -77,14 +77,14 @@ def _sources(folder: str) -> Iterator[str]:
             yield from _sources(entry.path)
 
 
-def counts() -> Counts:
-    """What was loaded and what was compiled so far.
+def counts(package: str = "orchard_cli") -> Counts:
+    """What was loaded and what was compiled so far of the kernels of a package.
 
     The cache is warm for what was done between two calls when `compiled` did not grow.
     """
     loaded = compiled = 0
     for name, module in list(sys.modules.items()):
-        if name.startswith("orchard_cli") and name.endswith("_kernels"):
+        if name.startswith(package) and name.endswith("_kernels"):
             for thing in list(vars(module).values()):
                 if hasattr(thing, "stats") and thing.py_func.__module__ == name:
                     loaded += sum(thing.stats.cache_hits.values())

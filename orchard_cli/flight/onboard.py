@@ -74,7 +74,6 @@ class Onboard:
             return self._result(job, False, Keep("no pose at the frame's time"), {}, began)
         self._grid.insert(job.frame, pose)
         self._grid.clear_sphere(job.vehicle.position_site, self._limits.airframe_radius)
-        self._grid.decay(job.frame.time)
         mapped = perf_counter()
         verdict = self._judge(job, pose)
         stages = {

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+STRETCH = 64  # px of a row that are looked at together: most hold no return within range
 BLOCK = 4  # px: carving looks at the nearest return of each 4x4 block
 
 
@@ -50,41 +51,55 @@ def count_hits(
 
     A return lies at `camera + depth * (column_ray + row_ray)` in cells (Liu 2024, eqs. 4-8, with
     the rotation folded into the rays). `touched` receives the flat place of each cell on its
-    first return; `row` is scratch, one image row of int32.
+    first return; `row` is scratch, STRETCH int32.
     """
     x0 = np.float32(camera_cells[0] - lower[0])
     y0 = np.float32(camera_cells[1] - lower[1])
     z0 = np.float32(camera_cells[2] - lower[2])
     nx, ny, nz = np.int32(size[0]), np.int32(size[1]), np.int32(size[2])
     lx, ly, lz = np.int32(lower[0]), np.int32(lower[1]), np.int32(lower[2])
+    near, far = np.int32(near_mm), np.int32(far_mm)
     flat = counts.ravel()
     cells = 0
     returns = 0
     for v in range(depth_mm.shape[0]):
         bx, by, bz = row_rays[v, 0], row_rays[v, 1], row_rays[v, 2]
-        for u in range(depth_mm.shape[1]):
-            d = depth_mm[v, u]
-            r = np.float32(d)
-            x = x0 + r * (column_rays[0, u] + bx)
-            y = y0 + r * (column_rays[1, u] + by)
-            z = z0 + r * (column_rays[2, u] + bz)
-            i, j, k = np.int32(x), np.int32(y), np.int32(z)
-            inside = (
-                (d >= near_mm) & (d <= far_mm)
-                & (x >= 0) & (y >= 0) & (z >= 0) & (i < nx) & (j < ny) & (k < nz)
-            )  # fmt: skip
-            i, j, k = (i + lx) & (nx - 1), (j + ly) & (ny - 1), (k + lz) & (nz - 1)
-            row[u] = (i * ny + j) * nz + k if inside else -1
-        for u in range(depth_mm.shape[1]):
-            place = row[u]
-            if place >= 0:
-                returns += 1
-                seen = flat[place]
-                if seen == 0:
-                    touched[cells] = place
-                    cells += 1
-                if seen < 255:
-                    flat[place] = seen + 1
+        for first in range(0, depth_mm.shape[1], STRETCH):
+            part = depth_mm[v, first : first + STRETCH]
+            some = np.int32(0)
+            for u in range(part.size):
+                d = np.int32(part[u])
+                some |= np.int32(d >= near) & np.int32(d <= far)
+            if some == 0:
+                continue
+            rx, ry, rz = (
+                column_rays[0, first : first + STRETCH],
+                column_rays[1, first : first + STRETCH],
+                column_rays[2, first : first + STRETCH],
+            )
+            for u in range(part.size):
+                d = np.int32(part[u])
+                r = np.float32(d)
+                x = x0 + r * (rx[u] + bx)
+                y = y0 + r * (ry[u] + by)
+                z = z0 + r * (rz[u] + bz)
+                i, j, k = np.int32(x), np.int32(y), np.int32(z)
+                inside = (
+                    (d >= near) & (d <= far)
+                    & (x >= 0) & (y >= 0) & (z >= 0) & (i < nx) & (j < ny) & (k < nz)
+                )  # fmt: skip
+                i, j, k = (i + lx) & (nx - 1), (j + ly) & (ny - 1), (k + lz) & (nz - 1)
+                row[u] = (i * ny + j) * nz + k if inside else -1
+            for u in range(part.size):
+                place = row[u]
+                if place >= 0:
+                    returns += 1
+                    seen = flat[place]
+                    if seen == 0:
+                        touched[cells] = place
+                        cells += 1
+                    if seen < 255:
+                        flat[place] = seen + 1
     return cells, returns
 
 

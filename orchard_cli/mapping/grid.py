@@ -175,7 +175,7 @@ class OccupancyGrid:
         cells, returns = _kernels.count_hits(
             depth, round(1000 * camera.range_min), round(1000 * camera.range_max),
             *view.rays(cell), view.position_site / cell, self._lower, self._size,
-            self._counts, self._touched, np.empty(camera.width, dtype=np.int32),
+            self._counts, self._touched, np.empty(_kernels.STRETCH, dtype=np.int32),
         )  # fmt: skip
         return self._touched[:cells], int(returns)
 

@@ -48,7 +48,6 @@ def update(grid: OccupancyGrid, seen: Seen) -> None:
         raise ValueError("a frame without its pose")
     grid.insert(seen.frame, pose)
     grid.clear_sphere(seen.vehicle.position_site, AIRFRAME)
-    grid.decay(seen.frame.time)
 
 
 def _map(frames: Sequence[Seen], stage: str, samples: Samples) -> None:

@@ -303,6 +303,7 @@ def sense(nearness, focal_baseline, sigma, dropout, near, far, seed, frame, out)
     height, width = nearness.shape
     scale, share = np.float32(focal_baseline), np.float32(np.sqrt(0.5) * sigma)
     low, high = np.float32(near), np.float32(far)
+    faintest = scale / high - np.float32(5 * sigma + 1 / 32)  # no error makes more of less
     dropped = np.uint32(min(max(dropout, 0.0), 1.0) * 2**24)
     flies = np.uint32(FLYING * 2**16)
     disparity = np.empty(width + 1, np.float32)
@@ -310,18 +311,25 @@ def sense(nearness, focal_baseline, sigma, dropout, near, far, seed, frame, out)
     taken = np.empty(width, np.float32)  # the leftmost there of all pixels to the right
     shared = np.empty(width, np.float32)
     own, luck = np.empty(width, np.uint32), np.empty(width, np.uint32)
+    block = -1
     for v in range(height):
         row, target = nearness[v], out[v]
+        lit = np.int32(0)
         for u in range(width):
             disparity[u] = scale * row[u]
             place[u] = np.float32(np.int32(u)) - scale * row[u]
+            lit |= np.int32(scale * row[u] > faintest)
+        if lit == 0:
+            target[:] = 0
+            continue
         disparity[width] = disparity[width - 1]
         least = np.float32(np.inf)
         for u in range(width - 1, -1, -1):
             taken[u] = least
             least = min(least, place[u])
-        if v % 4 == 0:
-            _fill(_key(seed, v, frame), 2, own)
+        if v // 4 != block:
+            block = v // 4
+            _fill(_key(seed, block, frame), 2, own)
             for u in range(width):
                 shared[u] = share * _gauss(own[u])
         _fill(_key(v, frame, seed), 0, own)
