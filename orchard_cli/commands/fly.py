@@ -52,6 +52,12 @@ def fly(
     level: Annotated[
         float, typer.Option(min=0, max=1, help="Of the sprayer's tank at take-off, 1 is full.")
     ] = 1.0,
+    detector: Annotated[
+        Path | None, typer.Option(help="ONNX model of the YOLO family with which zones sees.")
+    ] = None,
+    detector_names: Annotated[
+        Path | None, typer.Option(help="Its class names, one a line; default: its metadata.")
+    ] = None,
     mend_failsafes: Annotated[
         bool,
         typer.Option("--mend-failsafes", help="Write safe failsafe parameters to the autopilot."),
@@ -85,6 +91,8 @@ def fly(
     name, filled = vehicle_choice(vehicle, level)
     choices = Choices(
         system=system,
+        detector=detector,
+        detector_names=detector_names,
         vehicle=name,
         level=filled,
         seed=seed,

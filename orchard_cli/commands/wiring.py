@@ -70,6 +70,8 @@ class Choices:
     rendered_camera: bool = False
     vehicle: str = "x500"  # simulated, or whose limits a real one has: x500 or sprayer
     level: float = 1.0  # of the tank at take-off
+    detector: Path | None = None  # ONNX model with which `zones` sees; None: by depth alone
+    detector_names: Path | None = None  # its class names; None: in its metadata
     serial: str = ""  # of the RealSense to use; empty: the only one
     filters: tuple[str, ...] = ()  # of the camera's vendor: "spatial", "holes"
     mount: tuple[float, float, float, float] = (0.1, 0.0, 0.0, 0.0)  # m, m, m, rad: see Mount
@@ -100,7 +102,7 @@ class NoCamera:
 
 def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:
     """The onboard cycle with its kernels compiled or loaded. Raises InputError."""
-    make = maker(choices.system)
+    make = maker(choices)
     warm_up(Onboard(OccupancyGrid(), make(), mission.limits), model)
     return Onboard(OccupancyGrid(), make(), mission.limits, area_of(mission))
 
@@ -131,7 +133,7 @@ def _settings(choices: Choices) -> SimulatorSettings:
         autopilot_port=0,
         camera=choices.camera,
         frame_rate=choices.frame_rate,
-        sensors=maker(choices.system)().needs,
+        sensors=maker(choices)().needs,
         kit=kit(choices.vehicle, choices.level),
     )
 
@@ -206,7 +208,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
     from orchard_cli.vehicle import Deadman, MonotonicClock, connect
 
     sighted = choices.rendered_camera or choices.system != "none"
-    missing = maker(choices.system)().needs
+    missing = maker(choices)().needs
     if missing:
         raise LinkError(
             f"{choices.system} needs {' and '.join(sorted(missing))}, which are not connected; "

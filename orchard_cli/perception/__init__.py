@@ -3,6 +3,7 @@
 from .depth_detector import DepthDetector, DepthDetectorSettings
 from .eyes import EyesSettings, RgbdEyes
 from .mount import Mount
+from .onnx_detector import OnnxDetector, OnnxSettings
 from .realsense import Found, RealSense, RealSenseSettings, find
 
 __all__ = [
@@ -11,6 +12,8 @@ __all__ = [
     "EyesSettings",
     "Found",
     "Mount",
+    "OnnxDetector",
+    "OnnxSettings",
     "RealSense",
     "RealSenseSettings",
     "RgbdEyes",

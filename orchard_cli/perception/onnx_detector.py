@@ -6,6 +6,7 @@ The only file that imports onnxruntime (extra `vision`). Fits perception/eyes.py
 from __future__ import annotations
 
 import ast
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -74,6 +75,7 @@ class OnnxDetector:
         self._settings = settings
         self._input = session.get_inputs()[0].name
         self._sides = _sides(session, file)
+        self._last: tuple[float, tuple[Detection, ...]] = (-math.inf, ())  # time, what was found
 
     @classmethod
     def load(
@@ -109,7 +111,9 @@ class OnnxDetector:
             return ()
         if colour.rgb.shape[:2] != (frame.camera.height, frame.camera.width):
             return ()
-        return self.find(colour.rgb)
+        if colour.time != self._last[0]:
+            self._last = (colour.time, self.find(colour.rgb))
+        return self._last[1]
 
     def find(self, rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> tuple[Detection, ...]:
         """Everything with a meaning in a colour image (h, w, 3)."""

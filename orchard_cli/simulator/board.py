@@ -17,10 +17,18 @@ from numpy.typing import NDArray
 from orchard_cli.model.arrays import Array
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.records import TruthRecord
-from orchard_cli.model.sensors import Beams, Radar, RadarScan, RangeScan, Sensed, SensorScan
+from orchard_cli.model.sensors import (
+    Beams,
+    ColourFrame,
+    Radar,
+    RadarScan,
+    RangeScan,
+    Sensed,
+    SensorScan,
+)
 
 CLOCK_SLOTS, FRAME_SLOTS, TRUTH_SLOTS, SCAN_SLOTS = 8, 4, 4096, 8
-CLOCK, FRAME, TRUTH, RADAR, RANGE = 0, 1, 2, 3, 4  # counters
+CLOCK, FRAME, TRUTH, RADAR, RANGE, COLOUR = 0, 1, 2, 3, 4, 5  # counters
 RADAR_ROOM = 256  # reflections; a scan with more loses the last
 TRUTH_ROW = 12  # time, position, velocity, attitude, whether something was touched
 NAME_ROOM = 64  # bytes for the name of what was touched
@@ -34,12 +42,13 @@ class Board:
         context: BaseContext,
         camera: DepthCamera | None,
         mounted: tuple[Radar | None, Beams | None] = (None, None),
+        colour: bool = False,
     ) -> None:
         self.camera = camera
         self._radar, self._beams = mounted
         pixels = camera.width * camera.height if camera else 0
         make = context.RawArray
-        self._counters = make("q", 5)
+        self._counters = make("q", 6)
         self._clock = make("d", CLOCK_SLOTS * 2)
         self._stamps = make("d", FRAME_SLOTS)
         self._depth = make("H", max(FRAME_SLOTS * pixels, 1))
@@ -47,6 +56,8 @@ class Board:
         beams = len(self._beams.names) if self._beams else 0
         self._reflections = make("d", SCAN_SLOTS * (2 + 4 * RADAR_ROOM))  # time, count, rows
         self._ranges = make("d", SCAN_SLOTS * (1 + beams))  # time, metres
+        self._colour = make("B", max(FRAME_SLOTS * 3 * pixels if colour else 0, 1))
+        self._colour_stamps = make("d", FRAME_SLOTS)
         self._contact = make("c", NAME_ROOM)  # written once, before the first row that says so
         self._achieved = make("d", 1)
 
@@ -84,6 +95,12 @@ class Board:
                 slot = self._view("_ranges", np.float64, SCAN_SLOTS)[n % SCAN_SLOTS]
                 slot[0], slot[1:] = scan.time, scan.ranges
                 self._counters[RANGE] = n
+            case ColourFrame():
+                n = self._counters[COLOUR] + 1
+                slots = self._view("_colour", np.uint8, FRAME_SLOTS)
+                slots[n % FRAME_SLOTS] = scan.rgb.reshape(-1)
+                self._colour_stamps[n % FRAME_SLOTS] = scan.time
+                self._counters[COLOUR] = n
 
     def put_truth(self, record: TruthRecord) -> None:
         """Show where the vehicle really is."""
@@ -136,7 +153,18 @@ class Board:
             radar = RadarScan(float(sweep[0]), rows, self._radar)
         if shot is not None and self._beams is not None:
             ranges = RangeScan(float(shot[0]), shot[1:], self._beams)
-        return Sensed(radar, ranges)
+        return Sensed(radar, ranges, self._newest_colour())
+
+    def _newest_colour(self) -> ColourFrame | None:
+        while True:
+            n, camera = int(self._counters[COLOUR]), self.camera
+            if n == 0 or camera is None:
+                return None
+            slot = self._view("_colour", np.uint8, FRAME_SLOTS)[n % FRAME_SLOTS]
+            rgb = slot.reshape(camera.height, camera.width, 3).copy()
+            stamp = float(self._colour_stamps[n % FRAME_SLOTS])
+            if self._counters[COLOUR] - n < FRAME_SLOTS - 1:
+                return ColourFrame(stamp, rgb, camera)
 
     def _newest(self, name: str, counter: int) -> Array | None:
         """A copy of a ring's newest slot; None before the first."""

@@ -61,7 +61,7 @@ class SimulatorProcess:
         port = settings.port or _free_port()
         context = multiprocessing.get_context("spawn")
         camera = d455(*settings.camera) if settings.camera else None
-        board = Board(context, camera, mounted(settings))
+        board = Board(context, camera, mounted(settings), "colour" in settings.sensors)
         pipe, far = context.Pipe()
         process = context.Process(
             target=_main,

@@ -11,6 +11,7 @@ from orchard_cli.model.depth import DepthCamera, DepthFrame, d455
 from orchard_cli.model.records import TruthRecord
 from orchard_cli.model.sensors import (
     Beams,
+    ColourFrame,
     Radar,
     RadarScan,
     RangeScan,
@@ -26,6 +27,7 @@ from .scene import Scene
 from .sensors import RadarModel, RangeModel
 from .settings import SimulatorSettings
 
+COLOUR_RATE = 5.0  # Hz: drawing in colour takes several times as long as in depth
 TRUTH_EVERY = 2  # ticks: 50 Hz; contact is looked for as often
 
 
@@ -73,8 +75,9 @@ class Run:
         radar, beams = mounted(settings)
         self._radar = None if radar is None else RadarModel(self._scene, radar)
         self._lasers = None if beams is None else RangeModel(self._scene, beams)
+        self._colour = "colour" in settings.sensors and self.camera is not None
         self._frame_rate = settings.frame_rate
-        self._frames = self._sweeps = self._shots = 0
+        self._frames = self._sweeps = self._shots = self._pictures = 0
         self._ticks = 0
         self._contact = ""  # what was touched first; nothing is touched twice
 
@@ -100,7 +103,9 @@ class Run:
             self._touch()
             truth = self._truth()
         looks = self.camera is not None and self._is_due(self._frame_rate, self._frames)
-        scans = tuple(scan for scan in (self._sweep(), self._shoot()) if scan is not None)
+        scans = tuple(
+            scan for scan in (self._sweep(), self._shoot(), self._picture()) if scan is not None
+        )
         return Due(truth, self._frame() if looks else None, scans)
 
     def _is_due(self, rate: float, taken: int) -> bool:
@@ -146,3 +151,14 @@ class Run:
         self._shots += 1
         body = self.autopilot.craft.body
         return self._lasers.scan(body.position_site, body.site_from_body, self.time, self._shots)
+
+    def _picture(self) -> ColourFrame | None:
+        if not self._colour or not self._is_due(COLOUR_RATE, self._pictures):
+            return None
+        assert self.camera is not None
+        self._pictures += 1
+        body = self.autopilot.craft.body
+        rgb = self._scene.colours(
+            self.camera, body.position_site, body.site_from_body, self.time, self._pictures
+        )
+        return ColourFrame(self.time, rgb, self.camera)

@@ -21,7 +21,7 @@ from orchard_cli.model.arrays import Array, Vector
 from orchard_cli.model.depth import DepthCamera
 from orchard_cli.model.world import World
 
-from .render import Painter, Shapes, stereo_image
+from .render import Painter, Shapes, colour_image, stereo_image
 from .render.stereo import FARTHEST
 
 T = TypeVar("T")
@@ -35,6 +35,7 @@ class Scene:
         self.ground = ground_plane(world)  # (a, b, c): z = a x + b y + c
         self._still = Solids.joined([tree_solids(world), obstacle_solids(world)])
         self._shapes = Shapes.of(self._still)
+        self._layers = tuple(map(Shapes.of, _by_kind(world)))
         kinds: tuple[Sequence[Thing], ...] = (world.trees, world.poles, world.wires, world.boxes)
         self._things = tuple(
             (name, solids_of(thing)) for kind in kinds for name, thing in _numbered(kind)
@@ -75,6 +76,20 @@ class Scene:
             camera, noise.disparity_px, noise.dropout, self.world.seed, frame_number,
         )  # fmt: skip
 
+    def colours(
+        self,
+        camera: DepthCamera,
+        position_site: Vector,
+        site_from_body: Vector,
+        time: float,
+        frame_number: int,
+    ) -> NDArray[np.uint8]:
+        """Red, green and blue (h, w, 3), pixel by pixel what the depth camera sees."""
+        painter = Painter.at(camera, position_site, site_from_body, FARTHEST)
+        people = [Shapes.of(walker) for walker in self._walkers(time)]
+        layers = [*((layer,) for layer in self._layers), people]
+        return colour_image(painter, self.ground, layers, self.world.seed, frame_number)
+
     def ground_height(self, x: float, y: float) -> float:
         """z of the ground, m."""
         a, b, c = self.ground
@@ -105,6 +120,15 @@ class Scene:
 
 def _numbered(things: Sequence[T]) -> list[tuple[str, T]]:
     return [(f"{type(t).__name__.lower()} {n}", t) for n, t in enumerate(things, start=1)]
+
+
+def _by_kind(world: World) -> tuple[Solids, ...]:
+    """Leaves, timber, metal and plaster, in the order of render/colour.py."""
+    trees = tree_solids(world)
+    kinds: tuple[Sequence[Thing], ...] = (world.poles, world.wires, world.boxes)
+    poles, wires, boxes = (Solids.joined(map(solids_of, kind)) for kind in kinds)
+    timber = Solids(cylinders=np.concatenate([trees.cylinders, poles.cylinders]))
+    return Solids(spheroids=trees.spheroids), timber, wires, boxes
 
 
 def ground_plane(world: World) -> Array:
