@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from orchard_cli.avoidance import Blind, Dfa, Ego, Guided, Zones
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.flight.ports import Avoidance
-from orchard_cli.perception import DepthDetector, RgbdEyes
+from orchard_cli.perception import DepthDetector, OnnxDetector, RgbdEyes
+
+if TYPE_CHECKING:
+    from .wiring import Choices
 
 
 def _zones() -> Avoidance:
@@ -26,9 +30,15 @@ SYSTEMS: dict[str, Callable[[], Avoidance]] = {
 }
 
 
-def maker(system: str) -> Callable[[], Avoidance]:
-    """What makes the system of that name. Raises InputError."""
+def maker(choices: Choices) -> Callable[[], Avoidance]:
+    """What makes the system that was chosen. Raises InputError."""
+    system = choices.system
     if system not in SYSTEMS:
         known = ", ".join(SYSTEMS)
         raise InputError(Fault("--system", f"no system {system!r}", f"choose of {known}"))
-    return SYSTEMS[system]
+    if choices.detector is None:
+        return SYSTEMS[system]
+    if system != "zones":
+        raise InputError(Fault("--detector", f"{system} has no use for it", "fly --system zones"))
+    detector = OnnxDetector.load(choices.detector, choices.detector_names)
+    return lambda: Zones(RgbdEyes(detector))
