@@ -40,7 +40,7 @@ def measure(log: FlownLog, mission: Mission, clearances: Clearances | Unknown) -
     else:
         found = avoidances(log, mission, flown, clearances)
         figures |= _route_figures(log, mission, flown, found)
-    figures |= _clearance_figures(log, clearances)
+    figures |= _clearance_figures(log, mission, flown, clearances)
     figures["contacts"] = contacts_figure(log)
     figures |= _coverage_figures(log, mission)
     figures |= _planner_figures(log)
@@ -120,10 +120,12 @@ def _planned_acceleration(log: FlownLog, flown: Route) -> Figure:
     return float(np.nanmax(sizes))
 
 
-def _clearance_figures(log: FlownLog, clearances: Clearances | Unknown) -> Figures:
+def _clearance_figures(
+    log: FlownLog, mission: Mission, flown: Route | Unknown, clearances: Clearances | Unknown
+) -> Figures:
     if isinstance(clearances, Unknown):
         return {
-            "clearance_min_m": map_clearance(log) if log.maps else clearances,
+            "clearance_min_m": map_clearance(log, mission, flown) if log.maps else clearances,
             "clearance_trees_min_m": clearances,
         }
     trees = clearances.trees

@@ -58,10 +58,11 @@ def write_log(path: Path, peak: float = 1.5, attachments=None, change=lambda rec
 
 
 def as_if_real(records):
-    """Without truth; with one cell in the map."""
+    """Without truth; with a pole, a canopy and the ground in the map."""
     header, *rest = records
     yield replace(header, simulated=False, seed=None)
-    yield OccupiedCells(100.0, np.array([[10.0, 0.0, 3.5]]), 0.1)
+    cells = [[10.0, 0.0, 3.5], [0.0, 0.0, 2.6], [5.0, 0.0, 0.0]]  # a pole, a canopy, the ground
+    yield OccupiedCells(100.0, np.array(cells), 0.1)
     yield from (one for one in rest if not isinstance(one, TruthRecord))
 
 
@@ -137,7 +138,7 @@ def test_a_cut_log_is_measured_as_far_as_it_goes_and_says_so(log, tmp_path):
     assert any("cut off" in note for note in entry["notes"])
 
 
-def test_a_real_flights_clearance_is_from_its_map(tmp_path):
+def test_a_real_flights_clearance_is_from_its_maps_obstacles_at_flight_height(tmp_path):
     result = analyze(write_log(tmp_path / "real.mcap", change=as_if_real), "--json")
     (entry,) = json.loads(result.stdout)["logs"]
     assert entry["metrics"]["clearance_min_m"] == pytest.approx(1.45, abs=0.05)
