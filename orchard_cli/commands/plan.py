@@ -22,6 +22,7 @@ from .resume import resumed
 if TYPE_CHECKING:
     from orchard_cli.mission.route import Pass
     from orchard_cli.model.mission import Mission
+    from orchard_cli.model.tasks import Task
     from orchard_cli.survey import Survey
 
 
@@ -46,6 +47,9 @@ def plan(
     missed: Annotated[
         bool, typer.Option("--missed", help="With --resume-from: also what it missed before.")
     ] = False,
+    tasks: Annotated[
+        Path | None, typer.Option(help="Fly the tasks of this file instead of the rows.")
+    ] = None,
     height: fly_as.Height = None,
     height_above: fly_as.HeightAbove = None,
     follow: fly_as.Follow = None,
@@ -92,8 +96,9 @@ def plan(
     surveyed = surveys.load(survey, options, keys)
     survey_input.confirm(surveyed, yes, quiet or as_json)
     left, remarks = _left(surveyed, resume_at, resume_from or [], missed)
+    todo = None if tasks is None else surveys.load_tasks(tasks)
     try:
-        missions = _planned(surveyed, left)
+        missions = _planned(surveyed, left, todo)
     except InputError as error:
         raise InputError(
             Fault(f"{survey.name}: {f.where}", f.what, f.mend) for f in error.faults
@@ -114,7 +119,9 @@ def _left(
     return None, []
 
 
-def _planned(surveyed: Survey, left: list[Pass] | None) -> tuple[Mission, ...]:
+def _planned(
+    surveyed: Survey, left: list[Pass] | None, todo: Sequence[Task] | None
+) -> tuple[Mission, ...]:
     from orchard_cli import mission as missions
     from orchard_cli.model.mission import Provenance
 
@@ -125,6 +132,10 @@ def _planned(surveyed: Survey, left: list[Pass] | None) -> tuple[Mission, ...]:
         created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
     orchard, wishes = surveyed.orchard, surveyed.wishes
+    if todo is not None:
+        if left is not None:
+            raise InputError(Fault("--tasks", "resumes nothing", "leave out --resume-..."))
+        return (missions.plan_tasks(orchard, wishes, provenance, todo),)
     if left is None:
         return missions.plan_sorties(orchard, wishes, provenance)
     return missions.plan_from_home(orchard, wishes, provenance, left)

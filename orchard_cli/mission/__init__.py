@@ -5,6 +5,7 @@ from .files import dumps, load, load_unchecked, loads, schema
 from .planner import measured_corner_cut, plan
 from .saving import save
 from .sorties import plan_from_home, plan_sorties
+from .tasks import plan_tasks
 
 __all__ = [
     "check",
@@ -17,6 +18,7 @@ __all__ = [
     "plan",
     "plan_from_home",
     "plan_sorties",
+    "plan_tasks",
     "save",
     "schema",
 ]

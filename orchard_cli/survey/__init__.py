@@ -2,6 +2,7 @@
 
 from .given import Given
 from .load import Form, Survey, load, parse
+from .tasks import load_tasks
 from .writing import save, text_of
 
-__all__ = ["Form", "Given", "Survey", "load", "parse", "save", "text_of"]
+__all__ = ["Form", "Given", "Survey", "load", "load_tasks", "parse", "save", "text_of"]
