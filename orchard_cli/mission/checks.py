@@ -15,6 +15,8 @@ from orchard_cli.model.trajectory import DEGREE
 from orchard_cli.motion.fit import distances, evaluate
 from orchard_cli.motion.timing import TOLERANCE, PathLimits, over_limits
 
+from . import stores
+
 CANOPY_REACH = 1.5  # m around a trunk within which its canopy is expected
 SAMPLING = 0.1  # m between samples of a path, at most, at full speed
 MICRON = 2e-6  # m: what rounding to files may move a point
@@ -23,7 +25,8 @@ NEAR = 0.05  # m: how well the parts of one mission must agree
 
 def check(mission: Mission) -> tuple[Fault, ...]:
     """Everything that is wrong with a mission; empty when it may fly."""
-    faults = battery_faults(mission.energy_share, mission.limits) + tank_faults(mission)
+    faults = stores.battery_faults(mission.energy_share, mission.limits)
+    faults += stores.tank_faults(mission)
     if mission.trajectory.end > mission.limits.endurance:  # nothing to gain from looking closer
         told = any(fault.where == "battery" for fault in faults)
         long = Fault("trajectory", "is longer than the battery lasts")
@@ -153,42 +156,6 @@ def _ring_faults(orchard: Orchard) -> list[Fault]:
         for name, ring in rings.items()
         if len(ring) < 3 or not shapely.Polygon(ring).is_valid
     ]
-
-
-def battery_faults(energy_share: float, limits: Limits) -> list[Fault]:
-    """A flight that would land with less than the reserve."""
-    if energy_share <= 1 - limits.reserve:
-        return []
-    return [
-        Fault(
-            "battery",
-            f"the flight takes {energy_share:.0%} of a {limits.endurance:.0f} s battery "
-            f"and {limits.reserve:.0%} must be left",
-            "split the orchard over several surveys, or fly faster",
-        )
-    ]
-
-
-def tank_faults(mission: Mission) -> list[Fault]:
-    """A flight that sprays more than the tank holds, or says that it sprays less than it does."""
-    if mission.tank is None or mission.liquid is None:
-        return []
-    lines = mission.spray_lines
-    seconds = sum(segment.end - segment.start for segment, _ in lines)
-    metres = sum(float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum()) for _, p in lines)
-    needed = mission.tank.litres(seconds, metres, mission.swath)
-    faults = []
-    if abs(needed - mission.liquid) > NEAR:
-        faults.append(Fault("liquid_l", "does not agree with what is sprayed", "plan it again"))
-    if needed > mission.tank.capacity:
-        faults.append(
-            Fault(
-                "tank",
-                f"the flight sprays {needed:.2f} l and it holds {mission.tank.capacity:g} l",
-                "split the orchard over several surveys, or spray less",
-            )
-        )
-    return faults
 
 
 def _ground_faults(mission: Mission) -> list[Fault]:

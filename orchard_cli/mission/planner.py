@@ -22,7 +22,7 @@ from orchard_cli.motion.fit import (
 )
 from orchard_cli.motion.timing import TimedPath, time_path
 
-from . import checks, energy, transit
+from . import checks, energy, stores, transit
 from . import route as routes
 
 DENSITY = 2.0  # control points per metre of route (Liu 2024, §4.1)
@@ -125,7 +125,7 @@ def _refuse_hopeless(
     """Refuse before the costly part: a route beyond the battery, or a take-off in a bad place."""
     limits = wishes.limits
     faults = []
-    beyond = checks.battery_faults(length / limits.speed / limits.endurance, limits)
+    beyond = stores.battery_faults(length / limits.speed / limits.endurance, limits)
     if beyond:
         along = lengths_of(waypoints)
         at = np.linspace(0.0, length, min(int(length / checks.SAMPLING), 50_000) + 2)

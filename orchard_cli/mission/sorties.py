@@ -78,24 +78,21 @@ def _largest(
     It begins at the size of the flight before and goes up or down from there.
     """
     best: tuple[Mission, int] | None = None
-    size = min(max(guess, 1), len(left))
+    size, growing = min(guess, len(left)), True
     while True:
         try:
-            best = plan_passes(orchard, wishes, provenance, left[:size]), size
+            mission = plan_passes(orchard, wishes, provenance, left[:size])
         except InputError as error:
             if best is not None:
                 return best
             if not _stores_alone(error) or size == 1:
-                raise _told(error, left[0], size) from error
-            size = min(size - 1, _fitting(wishes, left, size))
-        else:
-            if size == len(left) or size >= guess < len(left):
-                grown = size + 1
-                if size == len(left) or not _may_fit(wishes, best[0], left[:grown]):
-                    return best
-                size = grown
-            else:
-                return best
+                raise _told(error, left[0]) from error
+            size, growing = min(size - 1, _fitting(wishes, left, size)), False
+            continue
+        best = mission, size
+        if not growing or size == len(left) or not _may_fit(wishes, mission, left[: size + 1]):
+            return best
+        size += 1
 
 
 def _fitting(wishes: FlightWishes, left: list[routes.Pass], size: int) -> int:
@@ -115,20 +112,18 @@ def _may_fit(wishes: FlightWishes, mission: Mission, longer: list[routes.Pass]) 
     """Whether one more pass is worth a try: by its length alone it would fit."""
     more = longer[-1].length / wishes.limits.speed
     share = mission.energy_share + more / wishes.limits.endurance
-    return share <= 1 - wishes.limits.reserve and _fitting(wishes, longer, len(longer)) == len(
-        longer
-    )
+    count = len(longer)
+    return share <= 1 - wishes.limits.reserve and _fitting(wishes, longer, count) == count
 
 
 def _stores_alone(error: InputError) -> bool:
     return all(fault.where in STORES for fault in error.faults)
 
 
-def _told(error: InputError, first: routes.Pass, size: int) -> InputError:
+def _told(error: InputError, first: routes.Pass) -> InputError:
     """A row that is too long by itself is named."""
     if not _stores_alone(error):
         return error
-    del size
     return InputError(
         Fault(f"row {first.row + 1}: {fault.where}", fault.what, "this row alone is too much")
         for fault in error.faults
