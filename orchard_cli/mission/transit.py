@@ -49,7 +49,7 @@ def way(
 def _over(site: Vector, run: Vector, end: Vector, orchard: Orchard, limits: Limits) -> list[Vector]:
     """Corners from a site to the end of a row, above all that stands on the way."""
     high = _clear_height(site, run[:2], orchard, limits)
-    if high <= run[2]:
+    if high - _SPARE <= run[2]:  # at the row's own height all of it is clear
         return [np.array([*site, run[2]]), run, end]
     out = (run - end)[:2] / np.linalg.norm((run - end)[:2])
     top = run

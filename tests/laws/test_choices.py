@@ -337,3 +337,12 @@ def test_spraying_against_the_direction_of_a_line_is_no_treatment_of_it():
 
 def test_the_home_of_a_resumed_flight_is_that_of_the_whole_one():
     assert sorties.take_off(FIVE, wishes()) == pytest.approx(plan(FIVE).takeoff_site)
+
+
+def test_a_low_flight_stays_low_on_the_way_where_that_is_clear():
+    """2.86 m over canopies of 2 m keep the clearance of 0.85 m everywhere."""
+    left = [p for p in passes() if p.row == 2]
+    lower = [route.Pass(p.row, p.points_site - [0, 0, 0.64]) for p in left]
+    (mission,) = missions.plan_from_home(FIVE, wishes(height=2.86), PROVENANCE, lower)
+    assert np.ptp(mission.trajectory.control_points_site[:, 2]) < 1e-6
+    assert [f.rule.name for f in inspect(mission) if not f.ok] == []
