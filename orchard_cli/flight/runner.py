@@ -44,6 +44,7 @@ class Flight:
 
     def __init__(self, mission: Mission, gear: Gear, tolerances: Tolerances | None = None) -> None:
         self._mission = mission
+        self._begin = float(mission.trajectory.control_points_site[0, 2])  # m, the route's height
         self._gear = gear
         self._vehicle = Anchored(gear.vehicle)
         self._tolerances = tolerances or Tolerances()
@@ -228,8 +229,7 @@ class Flight:
         return now - min(self._upright, now)
 
     def _climbed(self, state: VehicleState | None) -> bool:
-        start = self._mission.takeoff_ground + self._mission.takeoff_height
-        return state is not None and float(state.position_site[2]) > start - CLIMBED
+        return state is not None and float(state.position_site[2]) > self._begin - CLIMBED
 
     def _joined(self, state: VehicleState | None, behind: Vector, now: float) -> bool:
         """Whether vehicle and setpoint both stand at the route's next point, looking along it."""

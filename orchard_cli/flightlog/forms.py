@@ -34,13 +34,13 @@ def stamp(nanoseconds: int) -> fox.Timestamp:
 
 def point(values: ArrayLike) -> fox.Vector3:
     """x, y, z."""
-    x, y, z = (float(value) for value in np.asarray(values))
+    x, y, z = np.asarray(values, dtype=np.float64).tolist()
     return fox.Vector3(x=x, y=y, z=z)
 
 
 def attitude(quaternion_wxyz: ArrayLike) -> fox.Quaternion:
     """Foxglove orders by name: x, y, z, w."""
-    w, x, y, z = (float(value) for value in np.asarray(quaternion_wxyz))
+    w, x, y, z = np.asarray(quaternion_wxyz, dtype=np.float64).tolist()
     return fox.Quaternion(x=x, y=y, z=z, w=w)
 
 

@@ -7,6 +7,7 @@ null and never 0: Foxglove's JSON schema reader knows neither null nor reference
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 import msgspec
@@ -196,13 +197,13 @@ def known(value: float | None) -> float | UnsetType:
 
 def known_vector(values: ArrayLike) -> list[float] | UnsetType:
     """The vector, or absent when any of it is NaN or infinite."""
-    array = np.asarray(values, dtype=np.float64)
-    return [float(value) for value in array] if np.isfinite(array).all() else UNSET
+    found: list[float] = np.asarray(values, dtype=np.float64).tolist()
+    return found if all(map(math.isfinite, found)) else UNSET
 
 
 def vector(values: ArrayLike) -> list[float]:
     """The vector as a list; ValueError when it is not finite throughout."""
-    array = np.asarray(values, dtype=np.float64)
-    if not np.isfinite(array).all():
+    found: list[float] = np.asarray(values, dtype=np.float64).tolist()
+    if not all(map(math.isfinite, found)):
         raise ValueError("a position, velocity or attitude is not finite")
-    return [float(value) for value in array]
+    return found

@@ -80,13 +80,15 @@ class Trajectory:
         clamped = min(max(time, self.start), self.end)
         k = self.segment(clamped)
         u = (clamped - self.start) / self.interval - k
-        weights = _BASIS @ self.control_points_site[k : k + 4]
-        position = np.array([1, u, u * u, u * u * u]) @ weights
-        if not inside:
-            return MotionState(time, position, np.zeros(3), np.zeros(3))
-        velocity = np.array([0, 1, 2 * u, 3 * u * u]) @ weights / self.interval
-        acceleration = np.array([0, 0, 2, 6 * u]) @ weights / self.interval**2
-        return MotionState(time, position, velocity, acceleration)
+        rate = 1 / self.interval if inside else 0.0
+        powers = np.array(
+            [
+                [1.0, u, u * u, u * u * u],
+                [0.0, rate, 2 * u * rate, 3 * u * u * rate],
+                [0.0, 0.0, 2 * rate * rate, 6 * u * rate * rate],
+            ]
+        )
+        return MotionState(time, *(powers @ _BASIS @ self.control_points_site[k : k + 4]))
 
     def sample(self, times: Array) -> tuple[Points, Points, Points]:
         """Positions, velocities and accelerations at times within [start, end]: three (n, 3)."""

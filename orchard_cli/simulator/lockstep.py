@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 
-import numpy as np
-
 from orchard_cli.model.arrays import Vector
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.records import TruthRecord
@@ -185,17 +183,20 @@ class LockstepVehicle:
         return a.armed, a.mode, () if a.armed else a.not_ready()
 
     def _lowered(self, position_site: Vector) -> Vector:
-        return np.asarray(position_site - np.array([0.0, 0.0, self._raised]))
+        lowered = position_site.copy()
+        lowered[2] -= self._raised
+        return lowered
 
     def _stream(self) -> None:
         s = self._streaming
         if s is None:
             return
-        position = np.asarray(s.position_site) + np.array([0.0, 0.0, self._raised])
+        position = s.position_site.copy()
+        position[2] += self._raised
         self._autopilot.offboard(
             Wanted(
-                self._autopilot.time, position, np.asarray(s.velocity_site),
-                np.asarray(s.acceleration_site), s.yaw_site, math.nan,
+                self._autopilot.time, position, s.velocity_site, s.acceleration_site,
+                s.yaw_site, math.nan,
             )
         )  # fmt: skip
 

@@ -41,8 +41,9 @@ class Scene:
             (name, solids_of(thing)) for kind in kinds for name, thing in _numbered(kind)
         )
         bounds = [solids.bounds() for _, solids in self._things]
-        self._low = np.array([low.min(axis=0) for low, _ in bounds]).reshape(-1, 3)
-        self._high = np.array([high.max(axis=0) for _, high in bounds]).reshape(-1, 3)
+        low = np.array([low.min(axis=0) for low, _ in bounds]).reshape(-1, 3)
+        high = np.array([high.max(axis=0) for _, high in bounds]).reshape(-1, 3)
+        self._faces = np.hstack([low, -high])  # within: faces <= (point, -point)
 
     def nearness(
         self, camera: DepthCamera, position_site: Vector, site_from_body: Vector, time: float
@@ -102,9 +103,7 @@ class Scene:
     def contact(self, position_site: Vector, radius: float, time: float) -> str | None:
         """What a ball touches, such as "pole 2" (counted from 1 as in the world), or None."""
         point = np.asarray(position_site, dtype=np.float64)
-        near = (self._low - radius <= point).all(axis=1) & (point <= self._high + radius).all(
-            axis=1
-        )
+        near = (self._faces <= np.concatenate([point, -point]) + radius).all(axis=1)
         for index in np.flatnonzero(near):
             name, solids = self._things[index]
             if nearest_solid(solids, point[None])[0] <= radius:
