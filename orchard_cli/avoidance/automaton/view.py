@@ -20,6 +20,8 @@ BAND_GROWTH = 0.02  # m more of it for each metre of range: what the radar's ele
 AGREE = 0.8  # m between reflections of two scans that confirm each other
 KEPT = 0.35  # s for which the obstacle is remembered when the radar loses it
 STALE = 0.5  # s: older scans say nothing
+REMEMBERED = 2.0  # s for which a confirmed reflection stands: the radar looks down, or up, when the
+# vehicle tilts to speed up or brake, and does not see what stands at its height
 
 
 @dataclass(slots=True, eq=False)
@@ -29,7 +31,8 @@ class View:
 
     _radar: list[tuple[float, Points]] = field(default_factory=list)  # time, (n, 3) m, site
     _range: list[RangeScan] = field(default_factory=list)
-    _confirmed: Points = field(default_factory=lambda: np.empty((0, 3)))
+    _confirmed: Points = field(default_factory=lambda: np.empty((0, 3)))  # of the newest scan
+    _known: list[tuple[float, Points]] = field(default_factory=list)  # time, confirmed, at height
     _aside: tuple[float, float] = (-math.inf, math.nan)  # time, m
 
     def look(self, situation: Situation) -> None:
@@ -40,7 +43,9 @@ class View:
             older = [p for _, p in self._radar[-2:]]
             self._radar = [*self._radar[-2:], (radar.time, points)]
             known = np.concatenate([np.empty((0, 3)), *older])
-            self._confirmed = points[_near(points, known)]
+            self._confirmed = _at_height(points[_near(points, known)], situation.vehicle)
+            self._known = [one for one in self._known if radar.time - one[0] < REMEMBERED]
+            self._known.append((radar.time, self._confirmed))
         if lasers is not None and (not self._range or lasers.time > self._range[-1].time):
             self._range = [*self._range[-1:], lasers]
 
@@ -53,15 +58,12 @@ class View:
     def reading(self, situation: Situation, width: float, facing: Vector) -> Reading:
         """`width`: m beside the path ahead in which things count; `facing` (2,): forward."""
         here = situation.vehicle.position_site
-        there = self._standing(situation)
-        path = _path_ahead(situation)
+        there = self._confirmed
         ahead, aside = math.inf, math.nan
+        nearest_on_path = self.obstacle(situation, width)
+        if nearest_on_path is not None:
+            ahead = float(np.linalg.norm((nearest_on_path - here)[:2]))
         if len(there):
-            on_path = there[_distances(there[:, :2], path) < width]
-            ahead = min(
-                (float(x) for x in np.linalg.norm(on_path[:, :2] - here[:2], axis=1)),
-                default=math.inf,
-            )
             away = there[:, :2] - here[:2]
             nearest = away[int(np.argmin(np.linalg.norm(away, axis=1)))]
             aside = float(facing[0] * nearest[1] - facing[1] * nearest[0])
@@ -71,22 +73,15 @@ class View:
         return Reading(ahead, aside, self._lasers())
 
     def obstacle(self, situation: Situation, width: float) -> Vector | None:
-        """(3,) m: the nearest reflection in the way."""
-        there = self._standing(situation)
-        there = there[_distances(there[:, :2], _path_ahead(situation)) < width]
+        """(3,) m: the nearest reflection in the way, of those that are remembered."""
+        there = np.concatenate([np.empty((0, 3)), *(points for _, points in self._known)])
+        path = _path_ahead(situation)
+        ahead = (there[:, :2] - path[0]) @ _direction(path) >= 0.0
+        there = there[ahead & (_distances(there[:, :2], path) < width)]
         if not len(there):
             return None
         away = np.linalg.norm(there - situation.vehicle.position_site, axis=1)
         return np.asarray(there[int(np.argmin(away))])
-
-    def _standing(self, situation: Situation) -> Points:
-        """Confirmed reflections at the vehicle's own height, (n, 3) m."""
-        if situation.now - (self._radar[-1][0] if self._radar else -math.inf) > STALE:
-            return np.empty((0, 3))
-        off = self._confirmed - situation.vehicle.position_site
-        band = BAND + BAND_GROWTH * np.linalg.norm(off, axis=1)
-        standing: Points = self._confirmed[np.abs(off[:, 2]) < band]
-        return standing
 
     def _lasers(self) -> tuple[float, float, float, float]:
         if not self._range:
@@ -100,6 +95,14 @@ def _points_site(scan: RadarScan, vehicle: VehicleState) -> Points:
     """(n, 3) m, from where the vehicle was when it was scanned."""
     there = vehicle.position_site - vehicle.velocity_site * (vehicle.time - scan.time)
     return np.asarray(rotate(vehicle.site_from_body, scan.points_body) + there)
+
+
+def _at_height(points: Points, vehicle: VehicleState) -> Points:
+    """Those of the points (n, 3) that stand at the vehicle's own height."""
+    off = points - vehicle.position_site
+    band = BAND + BAND_GROWTH * np.linalg.norm(off, axis=1)
+    standing: Points = points[np.abs(off[:, 2]) < band]
+    return standing
 
 
 def _near(points: Points, known: Points) -> Array:
@@ -117,6 +120,13 @@ def _path_ahead(situation: Situation) -> Points:
     end = max(min(active.end, situation.now + horizon), situation.now + 0.1)
     places: Points = active.sample(np.linspace(situation.now, end, 80))[0][:, :2]
     return places
+
+
+def _direction(path: Points) -> Vector:
+    """(2,) which way a path (k, 2) sets out; zero when it stays where it is."""
+    off = path - path[0]
+    gone = np.flatnonzero(np.linalg.norm(off, axis=1) > 0.05)
+    return np.asarray(off[gone[0]] if len(gone) else np.zeros(2))
 
 
 def _distances(points: Points, path: Points) -> Array:

@@ -32,8 +32,9 @@ class Desk:
     def fly(self, name: str, mission: Mission, world_toml: str, choices: Choices) -> Flight:
         """Fly a mission in lockstep in a world of its own, log it and measure the log.
 
-        `name` names the files: NAME.world.toml, NAME.mcap. How the flight ended is in the log.
+        `name` names the files: NAME.world.toml, NAME.mcap, NAME.png. The log says how it ended.
         """
+        from orchard_cli.commands.analyze import draw
         from orchard_cli.commands.analyze_logs import measured
         from orchard_cli.commands.fly import fly_mission
 
@@ -42,4 +43,6 @@ class Desk:
             self.say(f"flying {name}")
             world.write_text(world_toml, encoding="utf-8")
             fly_mission(mission, choices, log, world, lockstep=True, quiet=True, overwrite=True)
-        return measured(log)
+        flight = measured(log)
+        draw(self.folder / f"{name}.png", [flight])
+        return flight

@@ -1,0 +1,82 @@
+"""What scripts may rely on of `orchard reproduce`; nothing is flown here."""
+
+import json
+import math
+
+import pytest
+from typer.testing import CliRunner
+
+from orchard_cli.commands.app import app
+from orchard_cli.commands.reproduction import registry
+from orchard_cli.commands.reproduction.ahmed_fields import (
+    COURSES,
+    POLE,
+    field_obstacles,
+    limits,
+    mission,
+    world,
+)
+from orchard_cli.commands.reproduction.desk import Desk
+from orchard_cli.commands.reproduction.rows import Row, difference, document
+from orchard_cli.errors import InputError
+from orchard_cli.simulator.world_file import parse
+
+
+def test_every_paper_has_tables_that_can_be_asked_for_by_number():
+    for paper in registry.papers(registry.ALL):
+        assert paper.title
+        assert paper.tables
+        for key in paper.tables:
+            assert registry.chosen(paper, key) == {key: paper.tables[key]}
+
+
+def test_unknown_papers_and_tables_say_which_there_are():
+    with pytest.raises(InputError, match="ahmed2022"):
+        registry.papers("ahmed2021")
+    (paper,) = registry.papers("ahmed2022")
+    with pytest.raises(InputError, match="fig13"):
+        registry.chosen(paper, "17")
+    assert list(registry.chosen(paper, "Table 4")) == ["4"]
+    assert list(registry.chosen(paper, "Fig. 13")) == ["fig13"]
+
+
+def test_rows_hold_no_number_that_json_has_not():
+    row = Row("Table 1", "a", "b", 2.0, math.nan, "m")
+    text = json.dumps(document([row]), allow_nan=False)
+    assert json.loads(text)["rows"] == [
+        {"table": "Table 1", "row": "a", "column": "b", "paper": 2.0, "ours": None, "unit": "m",
+         "note": ""}
+    ]  # fmt: skip
+    assert difference(row) == ""
+    assert difference(Row("t", "r", "c", 2.0, 3.0, "m")) == "+1 (+50 %)"
+
+
+def test_json_is_the_only_thing_on_stdout_and_out_keeps_it(monkeypatch, tmp_path):
+    def table(desk: Desk) -> list[Row]:
+        desk.say("measuring")
+        return [Row("Table 9", "a", "b", 1.0, 1.5, "m")]
+
+    paper = registry.Paper("ahmed2022", "a title", {"9": table})
+    monkeypatch.setattr(registry, "_paper", lambda name: paper)
+    out = tmp_path / "made"
+    done = CliRunner().invoke(app, ["reproduce", "ahmed2022", "--json", "--out", str(out)])
+    assert done.exit_code == 0
+    assert json.loads(done.stdout)["rows"][0]["ours"] == 1.5
+    assert json.loads((out / "rows.json").read_text()) == json.loads(done.stdout)
+    shown = CliRunner().invoke(app, ["reproduce", "ahmed2022", "-q"])
+    assert "+0.5 (+50 %)" in shown.stdout
+
+
+@pytest.mark.parametrize("course", COURSES)
+def test_the_fields_have_the_lengths_and_areas_of_the_paper(course):
+    ys = [k * course.gap for k in range(int(12 / course.gap) + 1)]
+    planned = mission(ys, course.speed, 0.5, course.gap)
+    assert planned.route_length + 3.0 == pytest.approx(course.length)  # the climb counts there
+    assert (40 + course.gap) * (12 + course.gap) == pytest.approx(course.area)
+    made = parse(world(field_obstacles(), planned, 0), "made")
+    assert (len(made.poles), len(made.boxes)) == (2 + 2, 2)
+
+
+def test_a_full_tank_flies_with_less():
+    assert limits(3.5, 1.0).acceleration < limits(3.5, 0.1).acceleration == 3.0
+    assert len(parse(world(POLE, mission([0.0], 3.5, 1.0, 3.0), 0), "made").poles) == 3
