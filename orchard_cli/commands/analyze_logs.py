@@ -57,6 +57,17 @@ def measured(path: Path, ways: Ways = Ways()) -> Flight:
     return Flight(log, mission, world, clearances, metrics, verdicts(metrics, mission))
 
 
+def mission_of(log: FlownLog, path: Path) -> Mission:
+    """The mission that a log of ours holds. Raises InputError when it holds none."""
+    from orchard_cli import mission as missions
+
+    attached = log.attachments.get("mission.json")
+    if attached is None:
+        what = "holds no mission"
+        raise InputError(Fault(str(path), what, "it was cut off early; analyze takes --mission"))
+    return missions.loads(attached, f"{path}: mission.json")
+
+
 def _read(path: Path, ways: Ways) -> tuple[FlownLog, Mission]:
     """The log, whoever wrote it, and the mission that it was to fly."""
     from orchard_cli import mission as missions
@@ -67,12 +78,7 @@ def _read(path: Path, ways: Ways) -> tuple[FlownLog, Mission]:
     given = None if ways.mission is None else missions.load(ways.mission)
     if kind is Kind.OURS:
         log = read(path)
-        attached = log.attachments.get("mission.json")
-        if given is None and attached is None:
-            raise InputError(
-                Fault(str(path), "holds no mission", "it was cut off early; name it: --mission")
-            )
-        return log, given or missions.loads(attached or b"", f"{path}: mission.json")
+        return log, given or mission_of(log, path)
     if given is None:
         what = f"is a {kind.value} log, which holds no mission"
         raise InputError(Fault(str(path), what, "name the planned route with --mission"))

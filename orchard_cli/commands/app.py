@@ -20,6 +20,7 @@ from .export import export
 from .fly import fly
 from .identify import identify_app
 from .plan import plan
+from .replay import replay
 from .reproduce import reproduce
 from .survey import survey_app
 
@@ -36,6 +37,7 @@ app.command()(check)
 app.command()(export)
 app.command()(fly)
 app.command()(analyze)
+app.command()(replay)
 app.command()(demo)
 app.command()(bench)
 app.command()(doctor)

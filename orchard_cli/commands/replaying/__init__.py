@@ -1,0 +1,1 @@
+"""What `orchard replay` does with a log."""
