@@ -34,6 +34,7 @@ def test_quick_json_is_one_document_of_the_promised_shape():
     assert set(document["stages"]) >= STAGES
     for name, found in document["stages"].items():
         demand_spread(found, name)
+    demand_spread(document["setpoint_jitter"], "setpoint_jitter")
     assert set(document["replanning"]) == {"guided"}
     assert set(document["replanning"]["guided"]) == FIELDS
     for name, found in document["replanning"]["guided"].items():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from orchard_cli.commands.wiring import SYSTEMS
+from orchard_cli.commands.systems import SYSTEMS
 
 FLY = """
 import sys

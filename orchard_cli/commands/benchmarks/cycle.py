@@ -42,7 +42,7 @@ def measure(
     """
     with TemporaryDirectory() as folder:
         recorder = McapRecorder(Path(folder) / "bench.mcap")
-        recorder.write(_header(mission))
+        recorder.write(header(mission))
         try:
             for stretch in stretches:
                 _replay(stretch, mission, make, paced, recorder, samples)
@@ -102,7 +102,8 @@ def _cycle(
     return result.verdict.trajectory
 
 
-def _header(mission: Mission) -> RunHeader:
+def header(mission: Mission) -> RunHeader:
+    """What the bench's logs begin with."""
     return RunHeader(
         run_id="bench",
         system="bench",

@@ -14,10 +14,10 @@ from orchard_cli.model.world import World
 
 from .. import wiring
 from ..systems import SYSTEMS
-from . import cycle, frames, lockstep, machine, mapping, octomap, replanning
+from . import cycle, frames, lockstep, machine, mapping, octomap, replanning, stream
 from .document import SCHEMA, plain
 from .pole_fields import FIELDS
-from .samples import Samples, spreads
+from .samples import Samples, Spread, spreads
 
 NO_PLANNER = "none"
 
@@ -36,11 +36,14 @@ class Plan:
     rounds: int = 3  # over the frames, for the map
     replans: int = 500  # in each kind of field
     simulated: float = 60.0  # s of lockstep
+    streamed: float = 20.0  # s of setpoints
     paced: bool = True  # whether the cycle waits for the camera's rate
 
     def quick(self) -> Plan:
         """A few of everything: shows that the bench works, not how fast anything is."""
-        return replace(self, frames=8, rounds=1, replans=10, simulated=4.0, paced=False)
+        return replace(
+            self, frames=8, rounds=1, replans=10, simulated=4.0, streamed=1.0, paced=False
+        )
 
 
 def run(plan: Plan) -> dict[str, Any]:
@@ -56,6 +59,7 @@ def run(plan: Plan) -> dict[str, Any]:
     _maps(plan, stretches, _low(plan, mission, world), samples)
     replans = _replans(plan, mission, samples)
     cycle.measure(stretches, mission, make, plan.paced, samples)
+    jitter = stream.jitter(stretches, mission, make, plan.streamed)
     pace = lockstep.measure(mission, world, plan.simulated, samples)
     about["load_1min_after"] = machine.describe()["load_1min"]
     document = {
@@ -64,6 +68,7 @@ def run(plan: Plan) -> dict[str, Any]:
         "stages": spreads(samples.cpu_ms),
         "wall": spreads(samples.wall_ms),
         "replanning": replans,
+        "setpoint_jitter": Spread.of(jitter),
         "lockstep": {"factor": pace.factor, "simulated_s": pace.simulated_s,
                      "cpu_s": pace.cpu_s, "wall_s": pace.wall_s},
         "settings": {"frames": sum(len(s.seen) for s in stretches), "replans": plan.replans,

@@ -23,6 +23,12 @@ def show(document: Mapping[str, Any]) -> None:
     console.print(_nearness(document["replanning"]))
     if "ratios" in document:
         console.print(_ratios(document["ratios"]))
+    jitter = document["setpoint_jitter"]
+    console.print(
+        f"setpoints, 50 Hz beside full frames at 15 Hz: intervals off by {jitter['median_ms']:.2f} ms"
+        f" (median), {jitter['p99_ms']:.2f} (p99), {jitter['max_ms']:.2f} at most; wall time",
+        highlight=False,
+    )
     lockstep = document["lockstep"]
     console.print(
         f"lockstep: {lockstep['factor']:.1f} simulated seconds in a second of CPU, "
