@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -49,7 +50,7 @@ def jitter(
                 recorder.close()
     finally:
         worker.close()
-    return [abs(b - a - PERIOD) * 1e3 for a, b in zip(left, left[1:], strict=False)]
+    return [abs(b - a - PERIOD) * 1e3 for a, b in pairwise(left)]
 
 
 def _stream(

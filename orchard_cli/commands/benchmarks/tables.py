@@ -25,8 +25,8 @@ def show(document: Mapping[str, Any]) -> None:
         console.print(_ratios(document["ratios"]))
     jitter = document["setpoint_jitter"]
     console.print(
-        f"setpoints, 50 Hz beside full frames at 15 Hz: intervals off by {jitter['median_ms']:.2f} ms"
-        f" (median), {jitter['p99_ms']:.2f} (p99), {jitter['max_ms']:.2f} at most; wall time",
+        "setpoints at 50 Hz beside full frames at 15 Hz, wall time: intervals off by "
+        f"{jitter['median_ms']:.2f} ms (p99 {jitter['p99_ms']:.2f}, most {jitter['max_ms']:.2f})",
         highlight=False,
     )
     lockstep = document["lockstep"]
