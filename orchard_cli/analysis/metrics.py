@@ -19,6 +19,7 @@ from .figures import Avoidance, Clearances, Figure, Metrics, Unknown
 from .lines import Line, planned, spline_points
 from .mapped import map_clearance
 from .route import Route, route
+from .stream import setpoint_jitter, waypoints_missed
 
 GAP = 1.0  # s without odometry that the reader is told of
 
@@ -45,6 +46,7 @@ def measure(log: FlownLog, mission: Mission, clearances: Clearances | Unknown) -
     figures |= _coverage_figures(log, mission)
     figures |= _planner_figures(log)
     figures |= _battery_figures(log)
+    figures["setpoint_jitter_p99_ms"] = setpoint_jitter(log.commands.times)
     figures["liquid_used_l"] = _liquid(log)
     start, end = (None, None) if isinstance(flown, Unknown) else (flown.start, flown.end)
     notes = (*log.notes, *_notes(log, flown))
@@ -67,6 +69,7 @@ _ROUTE_NAMES: tuple[str, ...] = (
     "acceleration_planned_max_m_s2",
     "yaw_rate_max_rad_s",
     "yaw_rate_mean_rad_s",
+    "waypoints_missed",
 )
 
 
@@ -97,6 +100,7 @@ def _route_figures(
         "acceleration_planned_max_m_s2": _planned_acceleration(log, flown),
         "yaw_rate_max_rad_s": float(np.abs(yaw_rates).max()),
         "yaw_rate_mean_rad_s": signals.mean(times_y, np.abs(yaw_rates)),
+        "waypoints_missed": waypoints_missed(track, mission) if flown.completed else unfinished,
     }
     return figures
 

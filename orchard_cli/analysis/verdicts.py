@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from orchard_cli.model.mission import Mission
+from orchard_cli.model.mission import WAYPOINT_PASSED, Mission
 from orchard_cli.motion.timing import TOLERANCE
 
 from .figures import Metrics, Unknown
@@ -48,6 +48,7 @@ def verdicts(metrics: Metrics, mission: Mission) -> tuple[Verdict, ...]:
          (1 + TOLERANCE) * limits.acceleration, below),
         ("yaw_rate_max_rad_s", f"yaw rate stays under {TRACKING} times the mission's",
          TRACKING * limits.yaw_rate, below),
+        ("waypoints_missed", f"every waypoint is passed within {WAYPOINT_PASSED:g} m", 0, below),
         ("battery_left_percent", "the battery's reserve is left at the end",
          100.0 * limits.reserve, above),
     )  # fmt: skip

@@ -26,6 +26,9 @@ def demo(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No live screen.")] = False,
 ) -> None:
     """Plan the paper's lemon orchard, fly it in the simulator over MAVSDK, and measure the log."""
+    from .apart import fly_apart
+
+    tell_log = fly_apart(json, lambda summary: {"flight": summary})
     from orchard_cli import mission as missions
 
     from .analyze import draw, published
@@ -45,6 +48,7 @@ def demo(
     )
     out.mkdir(parents=True, exist_ok=True)
     mission_file, log_file = out / "mission.json", out / "flight.mcap"
+    tell_log(log_file)
     plan(survey, mission_file, quiet=quiet or json)
     mission = missions.load(mission_file)
     ending, summary = fly_mission(

@@ -80,6 +80,9 @@ def fly(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No live screen.")] = False,
 ) -> None:
     """Fly a mission, mapping and avoiding on the way; Ctrl-C holds."""
+    from .apart import fly_apart
+
+    tell_log = _not_told if lockstep else fly_apart(json)
     from orchard_cli import mission as missions
 
     from .camera_options import camera_filters as filters_of
@@ -107,6 +110,7 @@ def fly(
     _refuse_contradictions(connect, world, lockstep, speed_factor, rendered_camera)
     plan = missions.load(mission)
     path = log if log is not None else default_log(plan.name)
+    tell_log(path)
     address = live_address or ("127.0.0.1:8765" if live else "")
     ending, summary = fly_mission(
         plan, choices, path, world, connect, lockstep, quiet or json, live=address
@@ -118,6 +122,10 @@ def fly(
     if summary["log_losses"]:
         typer.echo(f"orchard: the log has lost records: {summary['log_losses']}", err=True)
     demand_as_planned(ending)
+
+
+def _not_told(log: Path) -> None:
+    """In lockstep nothing real can fly on, and nobody waits beside the flight."""
 
 
 def demand_as_planned(ending: Ending) -> None:

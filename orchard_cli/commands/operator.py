@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import select
 import signal
 import sys
 import termios
+import time
 import tty
 from collections import deque
 from collections.abc import Iterator
@@ -23,6 +25,7 @@ KEYS = {
 }
 
 
+ONE_WISH = 0.3  # s: signals nearer to each other are one wish that reached us two ways
 _ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _IGNORED = (signal.SIGTSTP, signal.SIGQUIT)  # a suspended program would be ended by the deadman
 
@@ -39,6 +42,7 @@ class Operator:
         self._unattended = unattended
         self._asked: deque[Request] = deque()
         self._interrupts = 0
+        self._interrupted = -math.inf  # s, when the last signal came
 
     @property
     def attended(self) -> bool:
@@ -66,6 +70,10 @@ class Operator:
     def interrupt(self, number: int, frame: FrameType | None) -> None:
         """Handle SIGINT and SIGTERM."""
         del frame
+        again = time.monotonic() - self._interrupted < ONE_WISH
+        self._interrupted = time.monotonic()
+        if again:
+            return
         self._interrupts += 1
         if self._interrupts > 1:
             self._asked.append(Request.LAND)

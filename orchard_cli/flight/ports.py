@@ -22,7 +22,10 @@ class Clock(Protocol):
         ...
 
     def sleep_until(self, time: float) -> None:
-        """Return at or just after `time`; at once when it has passed."""
+        """Return at or just after `time`, at once when it has passed.
+
+        Where that takes more than about 0.1 s of real time it returns earlier, to be called again.
+        """
         ...
 
 

@@ -14,6 +14,7 @@ from orchard_cli.model.arrays import Vector
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import NewTrajectory, Severity
 from orchard_cli.model.sensors import Sensed
+from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep
 
@@ -27,6 +28,7 @@ from .onboard import OnboardJob, OnboardResult
 from .phases import begin, step
 from .preflight import not_ready
 from .safety import Phase, Request, Seen, Tolerances
+from .skipped import skipped
 from .spray import spray
 from .stage import Decision, Stage
 
@@ -68,7 +70,7 @@ class Flight:
         try:
             while stage.phase is not Phase.ENDED:
                 tick = max(tick + 1, int((gear.clock.now() - began) * RATE))
-                gear.clock.sleep_until(began + tick / RATE)
+                self._sleep(began + tick / RATE)
                 stage = self._cycle(stage, gear.clock.now())
                 flown = flown or stage.phase is Phase.TAKEOFF
         except Exception:
@@ -82,6 +84,15 @@ class Flight:
         lost = state is not None and gear.clock.now() - state.heard > LOST
         refused = not flown and stage.cause is None
         return Ending(stage.as_planned, stage.why, lost or refused)
+
+    def _sleep(self, until: float) -> None:
+        """Wait for a time of the flight clock. Awake meanwhile: a clock may stand, this may not."""
+        while True:
+            self._gear.clock.sleep_until(until)
+            if self._streaming:
+                self._gear.guard.feed()
+            if self._gear.clock.now() >= until - 1e-9:
+                return
 
     def _cycle(self, stage: Stage, now: float) -> Stage:
         state = self._vehicle.state()
@@ -158,8 +169,19 @@ class Flight:
             self._gear.reporter.say(now, Severity.WARNING, f"too late to be flown: {verdict.why}")
         after = self._helm.guidance.active
         if after is not None and after is not before:
+            self._tell_skipped(before, after, now)
             guide = verdict.guide_site if isinstance(verdict, Avoid) else np.empty((0, 3))
             self._gear.recorder.write(NewTrajectory(now, after, guide, verdict.why))
+
+    def _tell_skipped(self, before: Trajectory | None, after: Trajectory, now: float) -> None:
+        gone = (
+            ()
+            if before is None or self._helm.guidance.blocked
+            else skipped(self._mission, before, after, now)
+        )
+        for number in gone:
+            text = f"the way round does not come to waypoint {number}: it is left out"
+            self._gear.reporter.say(now, Severity.WARNING, text)
 
     def _gather(self, stage: Stage, state: VehicleState | None, now: float) -> Seen:
         guidance, tolerances = self._helm.guidance, self._tolerances

@@ -9,6 +9,9 @@ from .arrays import Array, Points, Vector, frozen
 from .site import Orchard
 from .trajectory import BSpline, Trajectory
 
+WAYPOINT_PASSED = 2.0
+"""m beside a waypoint within which it counts as passed: one that a pole stands on is passed so."""
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:

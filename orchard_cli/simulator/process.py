@@ -30,6 +30,7 @@ SLIP = 0.05  # s of real time that may be caught up; what is later than that is 
 LOOK_EVERY = 25  # ticks between looks at whether the starter still lives
 START_PATIENCE = 120.0  # s: compiling the kernels on a slow machine
 CLOSE_PATIENCE = 2.0  # s
+LONGEST_SLEEP = 0.1  # s of real time: whoever waits looks up at least this often
 WARM_UP = 15  # ticks: every sensor has looked at least once
 
 
@@ -129,11 +130,15 @@ class SimulatedClock:
         return self._newest
 
     def sleep_until(self, moment: float) -> None:
-        """Return at `moment` of simulated time. Raises LinkError when the simulator has ended."""
-        while (wait := moment - self.now()) > 0:
+        """Return at `moment` of simulated time, or after LONGEST_SLEEP of real time.
+
+        Raises LinkError when the simulator has ended.
+        """
+        until = time.monotonic() + LONGEST_SLEEP
+        while (wait := moment - self.now()) > 0 and time.monotonic() < until:
             if not self._process.is_alive():
                 raise LinkError("the simulator has ended")
-            time.sleep(min(max(wait / self._factor, 0.0002), 0.2))
+            time.sleep(min(max(wait / self._factor, 0.0002), LONGEST_SLEEP))
 
 
 class SimulatedCamera:

@@ -1,16 +1,20 @@
 """`orchard plan`, `fly` over MAVSDK and `analyze`, as a user runs them."""
 
+import contextlib
 import json
 import os
+import pty
 import signal
 import subprocess
 import sys
+import termios
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from orchard_cli.errors import InputError
 from orchard_cli.flightlog import read
 
 pytestmark = pytest.mark.flight
@@ -91,7 +95,7 @@ def test_a_signal_without_a_terminal_brings_it_home_and_ends_with_3(folder):
         [ORCHARD, *FLY, "--speed-factor", "4", "--log", "e.mcap", "-q"],
         cwd=folder, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     ) as flight:  # fmt: skip
-        time.sleep(9.0)
+        wait_for_route(folder / "e.mcap")
         flight.send_signal(signal.SIGTERM)
         _, said = flight.communicate(timeout=120)
     assert flight.returncode == 3, said
@@ -101,13 +105,70 @@ def test_a_signal_without_a_terminal_brings_it_home_and_ends_with_3(folder):
     assert any(record.phase == "return" for record in log.safety)
 
 
+def children(pid):
+    return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def simulator_of(pid):
+    return next(
+        child for child in children(pid)
+        if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()
+    )  # fmt: skip
+
+
+def wait_for_route(log, patience=120.0):
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        time.sleep(1.0)
+        if log.exists() and log.stat().st_size > 100_000:
+            with contextlib.suppress(InputError):
+                if any(record.phase == "route" for record in read(log).safety):
+                    return
+    raise AssertionError("the route was not reached")
+
+
 def test_a_killed_flight_leaves_a_log_that_reads_up_to_its_last_second(folder):
     with subprocess.Popen(
-        [ORCHARD, *FLY, "--log", "f.mcap", "-q"], cwd=folder, stdin=subprocess.DEVNULL
-    ) as flight:
-        time.sleep(9.0)
-        os.kill(flight.pid, signal.SIGKILL)
+        [ORCHARD, *FLY, "--log", "f.mcap", "--json"],
+        cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True,
+    ) as flight:  # fmt: skip
+        wait_for_route(folder / "f.mcap")
+        os.kill(children(flight.pid)[0], signal.SIGKILL)
+        document, said = flight.communicate(timeout=30)
+    assert flight.returncode == 4
+    assert json.loads(document)["log"] == "f.mcap"
+    assert "killed" in said
+    assert "take over" in said
     log = read(folder / "f.mcap")
     assert log.notes
     span = log.odometry.times[-1] - log.odometry.times[0]
     assert span > 3.0
+
+
+def test_a_stalled_simulator_ends_no_flight_and_a_hung_flight_gives_the_terminal_back(folder):
+    ours, theirs = pty.openpty()
+    before = termios.tcgetattr(theirs)
+    with subprocess.Popen(
+        [ORCHARD, *FLY, "--log", "g.mcap", "--json"],
+        cwd=folder, stdin=theirs, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as flight:  # fmt: skip
+        wait_for_route(folder / "g.mcap")
+        (flying,) = children(flight.pid)
+        assert termios.tcgetattr(theirs) != before  # keys are read one by one
+        simulator = simulator_of(flying)
+        os.kill(simulator, signal.SIGSTOP)
+        time.sleep(1.5)
+        os.kill(simulator, signal.SIGCONT)
+        time.sleep(1.0)
+        assert children(flight.pid) == [flying]
+        os.kill(flying, signal.SIGSTOP)
+        time.sleep(1.0)
+        os.kill(flying, signal.SIGCONT)
+        document, said = flight.communicate(timeout=30)
+    assert flight.returncode == 4
+    assert json.loads(document)["ended"] == "the flight program hung and was ended"
+    assert "take over" in said
+    assert termios.tcgetattr(theirs) == before
+    os.close(ours)
+    os.close(theirs)
