@@ -30,6 +30,7 @@ from orchard_cli.simulator.fleet import kit
 from orchard_cli.simulator.rendered_camera import RenderedCamera
 
 from .loading import carried
+from .real_sensors import await_sensors, refuse_unknown
 from .systems import maker
 
 if TYPE_CHECKING:
@@ -208,12 +209,8 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
     from orchard_cli.vehicle import Deadman, MonotonicClock, connect
 
     sighted = choices.rendered_camera or choices.system != "none"
-    missing = maker(choices)().needs
-    if missing:
-        raise LinkError(
-            f"{choices.system} needs {' and '.join(sorted(missing))}, which are not connected; "
-            "choose a system that flies by depth alone, such as guided"
-        )
+    needs = maker(choices)().needs
+    refuse_unknown(choices.system, needs)
     clock = MonotonicClock()
     with contextlib.ExitStack() as stack:
         camera: Camera = NoCamera()
@@ -224,6 +221,8 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
         vehicle = connect(url, mission.orchard.origin, clock.now, mission.takeoff_ground)
         stack.callback(vehicle.close)
         _demand_safe_failsafes(mission, vehicle, choices.mend_failsafes)
+        reach = kit(choices.vehicle).airframe.arm
+        sensors = await_sensors(choices.system, needs, vehicle, reach)
         worker, errands = ThreadWorker(cycle), ThreadWorker(_run)
         stack.callback(worker.close)
         stack.callback(errands.close)
@@ -241,7 +240,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             errands=errands,
             tolerances=Tolerances() if sighted else BLIND,
             truth=None,
-            sensors=None,
+            sensors=sensors,
             load=carried(mission, choices),
             name=f"autopilot on {url}"
             + (" with a rendered camera" if choices.rendered_camera else ""),

@@ -28,12 +28,14 @@ from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
 
 from orchard_cli.errors import LinkError
+from orchard_cli.model.sensors import corner_lasers
 from orchard_cli.model.site import SiteOrigin
 from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
 
 from .failsafes import Finding, judge, rules
 from .origin import LocalOrigin, Place
 from .port_lock import PortLock
+from .rangefinders import Rangefinders
 from .telemetry import TelemetryFeed
 
 Now = Callable[[], float]
@@ -111,6 +113,7 @@ class MavsdkVehicle:
         self._local = LocalOrigin(self._telemetry, place)
         self._frame = self._local.wait(FIX_PATIENCE)
         self._feed = TelemetryFeed(self._telemetry, self._frame, now)
+        self._rangefinders: Rangefinders | None = None
         self._answers: deque[Answer] = deque()
         self._wishes: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._worker = threading.Thread(target=self._work, name="vehicle-commands", daemon=True)
@@ -202,8 +205,16 @@ class MavsdkVehicle:
             except mavsdk.MavsdkError as error:
                 raise LinkError(f"could not set {finding.name}: {error.result.name}") from error
 
+    def rangefinders(self, arm: float) -> Rangefinders:
+        """The radar and the lasers that the autopilot passes on; `arm`: m, where they sit."""
+        if self._rangefinders is None:
+            self._rangefinders = Rangefinders(self._system, self._now, arm, corner_lasers(arm))
+        return self._rangefinders
+
     def close(self) -> None:
         """Stop the stream and let go of the link."""
+        if self._rangefinders is not None:
+            self._rangefinders.close()
         self._local.close()
         self._wishes.put(None)
         self._worker.join(timeout=5.0)
