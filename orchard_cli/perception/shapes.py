@@ -26,6 +26,7 @@ class ShapeRules:
     drone: float = 1.0  # a drone is not larger
     person: tuple[float, float] = (1.2, 2.1)  # heights of people
     shoulders: tuple[float, float] = (0.3, 0.9)  # widths of people
+    sure: float = 0.2  # m of depth error above which no person or drone is told
     feet: float = 0.6  # a person's lowest visible point is not higher above the ground
 
 
@@ -87,12 +88,12 @@ def judge(shape: Shape, rules: ShapeRules) -> Category:
     ):
         return Category.WIRE
     if shape.width < rules.thin and shape.height > rules.slender * shape.width:
-        whole = not shape.hidden and shape.bottom < rules.feet
+        whole = not shape.hidden and shape.bottom < rules.feet and shape.noise < rules.sure
         low, high = rules.person
         if whole and low < shape.top < high and shape.width > rules.shoulders[0]:
             return Category.PERSON
         return Category.POLE
-    if not shape.hidden:
+    if not shape.hidden and shape.noise < rules.sure:
         low, high = rules.person
         narrow, broad = rules.shoulders
         if (

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchard_cli.avoidance.zones.decide import Act, Ahead, Zone, decide
+from orchard_cli.avoidance.zones.path import Path
 from orchard_cli.avoidance.zones.points import Way, avoidance_points, clear_offset
 from orchard_cli.avoidance.zones.settings import ZonesSettings
 from orchard_cli.avoidance.zones.tracks import follow
@@ -149,3 +150,20 @@ def test_what_is_not_seen_again_is_forgotten():
     tracks = follow((), (thing(Category.POLE).obstacle,), 0.0, 1.0)
     assert len(follow(tracks, (), 0.9, 1.0)) == 1
     assert follow(tracks, (), 1.1, 1.0) == ()
+
+
+def test_where_a_path_passes_a_place():
+    path = Path.through(np.array([[0.0, 0, 3], [10, 0, 3], [10, 10, 3]]))
+    assert path.beside(np.array([4.0, 1.0])) == pytest.approx((4.0, 1.0))
+    assert path.beside(np.array([4.0, -1.0])) == pytest.approx((4.0, -1.0))
+    assert path.beside(np.array([11.0, 5.0])) == pytest.approx((15.0, -1.0))
+    along, aside = path.beside(np.array([13.0, -4.0]))  # outside the corner: no nearer than it is
+    assert (along, abs(aside)) == pytest.approx((10.0, 5.0))
+    assert path.beside(np.array([-3.0, 0.5]))[0] == 0.0  # behind
+    along, aside = path.beside(np.array([10.0, 14.0]))  # beyond the end: not met
+    assert (along, abs(aside)) == pytest.approx((20.0, 4.0))
+
+
+def test_a_vehicle_that_stands_meets_nothing_by_chance():
+    still = Path.through(np.array([[1.0, 2, 3]] * 4) + 1e-9)
+    assert still.beside(np.array([7.0, 2.1]))[0] <= 1e-6

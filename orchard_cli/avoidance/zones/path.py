@@ -62,7 +62,8 @@ class Path:
         return np.asarray(way / norm) if norm > 0 else np.zeros(2)
 
     def beside(self, place_site: Vector) -> tuple[float, float]:
-        """m along the path to where a place is abeam, and m by which it lies to the left.
+        """m along the path to where it passes a place nearest, and m by which the place lies to
+        the left of it there.
 
         0 along: it is behind the beginning.
         """
@@ -70,14 +71,11 @@ class Path:
         squared = np.maximum((way**2).sum(axis=1), 1e-12)
         share = np.clip(((place_site[:2] - a) * way).sum(axis=1) / squared, 0.0, 1.0)
         offset = place_site[:2] - (a + share[:, None] * way)
-        i = int(np.argmin((offset**2).sum(axis=1)))
+        apart = np.hypot(*offset.T)
+        i = int(np.argmin(apart))
+        left = way[i, 0] * offset[i, 1] - way[i, 1] * offset[i, 0]
         along = float(self.lengths[i] + share[i] * np.sqrt(squared[i]))
-        unit = way[i] / np.sqrt(squared[i])
-        aside = float(unit[0] * offset[i, 1] - unit[1] * offset[i, 0])
-        last = i == len(way) - 1 and share[i] >= 1.0
-        if last:  # beyond the end: measured along its last direction
-            along += max(float(offset[i] @ unit), 0.0)
-        return along, aside
+        return along, float(np.copysign(apart[i], left))
 
     def ahead(self, obstacle: Obstacle) -> Ahead:
         """An obstacle as this path meets it."""

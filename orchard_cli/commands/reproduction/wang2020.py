@@ -14,6 +14,7 @@ import numpy as np
 
 from orchard_cli.analysis import Flight
 from orchard_cli.commands.wiring import Choices
+from orchard_cli.geometry.clearance import clearance
 from orchard_cli.geometry.rotations import from_yaw_pitch_roll
 from orchard_cli.mission import plan
 from orchard_cli.model.arrays import Array, Points
@@ -186,8 +187,9 @@ def _flown(case: Case, flight: Flight) -> list[Row]:
     up = float(beside[:, 2].max()) - case.height
     behind = path[(path[:, 0] > AT + 8.0) & (path[:, 0] < 2 * AT)]
     back = float(np.abs(behind[:, 1]).max()) if len(behind) else None
-    clearance = flight.metrics.figures["clearance_min_m"]
-    nearest = clearance if isinstance(clearance, float) else None
+    nearest = None
+    if flight.world is not None and len(beside):
+        nearest = float(clearance(flight.world, beside).nearest.min())
     decided = {r.why.rsplit(": ", 1)[-1] for r in flight.log.planner if r.decision == "avoid"}
     way = f"decided: {', '.join(sorted(decided & {'left', 'right', 'over'})) or 'nothing'}"
     contacts = None if flight.log.contacts is None else float(len(flight.log.contacts))
