@@ -69,7 +69,8 @@ class LiveScreen:
             Text("; ".join(status.hazards), style="bold red"),
         ]
         if self._keys:
-            lines.append(Text("Ctrl-C or h: hold   c: continue   r: return   l: land", style="dim"))
+            keys = "Ctrl-C or h: hold   c: continue   r: back the way it came   l: land here, now"
+            lines.append(Text(keys, style="dim"))
         style = _COLOURS.get(status.phase, "green")
         return Panel(Group(*lines), title=self._title, border_style=style)
 
