@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from orchard_cli.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    from orchard_cli.mission.resume import Missed, Stop
+    from orchard_cli.mission.resume import Missed
     from orchard_cli.mission.route import Pass
     from orchard_cli.model.arrays import Points
     from orchard_cli.model.mission import Mission
@@ -29,28 +29,23 @@ def resumed(
     if at is not None and logs:
         raise InputError(Fault("--resume-at", "stands beside --resume-from", "give one of them"))
     if at is not None:
-        return _left(flown, resume.place(at, flown)), []
+        return _any(resume.rest(flown, resume.place(at, flown))), []
     lines: list[Points] = []
+    behind: list[Pass] = []
     for path in logs:
         mission, sprayed = _logged(path)
         _demand_same(mission, surveyed.sha256, flown, path)
+        planned = [route.Pass(segment.row or 0, p) for segment, p in mission.spray_lines]
+        behind += resume.passed(planned, sprayed)
         lines += sprayed
-    parts = resume.sprayed_parts(flown, lines)
-    stop = resume.last_stop(parts)
-    if stop is None:
-        return flown, ["the log sprayed nothing: all of it is planned"]
-    found = resume.missed(flown, parts, stop)
-    left = [one for _, one in found] if with_missed else []
-    row = flown[stop.index].row + 1
-    remarks = [f"resumes in row {row}, {stop.along:.2f} m from where it is entered"]
-    remarks += [_told(missed, with_missed) for missed, _ in found]
-    return _left(flown, stop, left), remarks
+    done = lines if with_missed else [one.points_site for one in behind]
+    left = _any(resume.remaining(flown, done))
+    x, y = left[0].points_site[0, :2]
+    remarks = [f"resumes in row {left[0].row + 1} at ({x:.2f}, {y:.2f})"]
+    return left, remarks + [_told(m, with_missed) for m in resume.missed(flown, behind, lines)]
 
 
-def _left(flown: list[Pass], stop: Stop, before: Sequence[Pass] = ()) -> list[Pass]:
-    from orchard_cli.mission import resume
-
-    left = [*before, *resume.rest(flown, stop)]
+def _any(left: list[Pass]) -> list[Pass]:
     if not left:
         raise InputError(Fault("--resume-at, --resume-from", "nothing is left to spray"))
     return left

@@ -120,21 +120,51 @@ def _joined(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return joined
 
 
-def missed(
-    flown: Sequence[Pass], sprayed: Sequence[Sequence[tuple[float, float]]], stop: Stop
-) -> list[tuple[Missed, Pass]]:
-    """What lies before the stop and was not sprayed, SHORTEST or longer, with a pass over it."""
+def passed(planned: Sequence[Pass], lines: Sequence[Points]) -> list[Pass]:
+    """What a flight that was to spray `planned` has behind it, sprayed or not.
+
+    `lines` are those that it flew with the pump on; it stopped where the last of them ends.
+    """
+    stop = last_stop(sprayed_parts(planned, lines))
+    if stop is None:
+        return []
+    return [*planned[: stop.index], part(planned[stop.index], 0.0, stop.along)]
+
+
+def remaining(flown: Sequence[Pass], done: Sequence[Points]) -> list[Pass]:
+    """The passes without what lines (n, 2 or 3) m have done, in flight order."""
+    parts = sprayed_parts(flown, [line[:, :2] for line in done])
+    return [
+        part(one, begin, end)
+        for one, spans in zip(flown, parts, strict=True)
+        for begin, end in _outside(spans, 0.0, one.length)
+    ]
+
+
+def missed(flown: Sequence[Pass], behind: Sequence[Pass], lines: Sequence[Points]) -> list[Missed]:
+    """What flights have behind them and did not spray, by the lines with the pump on."""
+    sprayed = sprayed_parts(flown, lines)
+    over = sprayed_parts(flown, [one.points_site[:, :2] for one in behind])
     found = []
-    for index, one in enumerate(flown[: stop.index + 1]):
-        edges = [0.0, *(v for span in sprayed[index] for v in span)]
-        edges.append(stop.along if index == stop.index else one.length)
-        for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            if end - begin >= SHORTEST:
-                piece = part(one, begin, end)
-                a, b = piece.points_site[0], piece.points_site[-1]
+    for one, spans, done in zip(flown, over, sprayed, strict=True):
+        for first, last in spans:
+            for begin, end in _outside(done, first, last):
+                a, *_, b = part(one, begin, end).points_site
                 ends = (float(a[0]), float(a[1])), (float(b[0]), float(b[1]))
-                found.append((Missed(one.row, *ends, end - begin), piece))
+                found.append(Missed(one.row, *ends, end - begin))
     return found
+
+
+def _outside(
+    spans: Sequence[tuple[float, float]], first: float, last: float
+) -> list[tuple[float, float]]:
+    """What of [first, last] lies in no span; the spans are in order and apart."""
+    edges = [first]
+    for begin, end in spans:
+        edges += [min(max(begin, first), last), min(max(end, first), last)]
+    edges.append(last)
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    return [(begin, end) for begin, end in pairs if end - begin >= SHORTEST]
 
 
 def part(one: Pass, begin: float, end: float) -> Pass:

@@ -20,6 +20,7 @@ HEADLAND = 4.0
 
 EASE_IN = 1.0  # s at full speed: what the easing of the acceleration adds to the run-up
 _SAME = 1e-6  # m
+_BESIDE = 0.1  # m: less is the same line
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +81,10 @@ def route(flown: list[Pass], wishes: FlightWishes) -> Route:
     for before, after in pairwise(flown):
         last, first = before.points_site[-2:], after.points_site[:2]
         same_way = (last[1] - last[0])[:2] @ (first[1] - first[0])[:2] > 0
-        between = (way_back if same_way else turn)(last, first, wishes)
+        if same_way and _in_line(last, first):
+            between = np.empty((0, 3))
+        else:
+            between = (way_back if same_way else turn)(last, first, wishes)
         between = _distinct(last[1], between, first[0])
         reached += len(between) + 1
         stretches.append(Stretch(Leg.TRANSIT if same_way else Leg.HEADLAND, None, reached))
@@ -88,6 +92,13 @@ def route(flown: list[Pass], wishes: FlightWishes) -> Route:
         stretches.append(Stretch(Leg.ROW, after.row, reached))
         points += [between, after.points_site]
     return Route(np.concatenate(points), tuple(stretches))
+
+
+def _in_line(last: Points, first: Points) -> bool:
+    """Whether a pass begins straight ahead of where the one before ends."""
+    way = (last[1] - last[0])[:2] / np.linalg.norm((last[1] - last[0])[:2])
+    off = (first[0] - last[1])[:2]
+    return bool(way @ off > 0 and abs(way[0] * off[1] - way[1] * off[0]) < _BESIDE)
 
 
 def _distinct(start: Vector, between: Points, end: Vector) -> Points:

@@ -315,19 +315,30 @@ def flown(*spans):
 
 
 def test_what_was_sprayed_is_read_line_by_line_and_gaps_before_the_stop_are_told():
-    parts = resume.sprayed_parts(passes(), flown((0, 0, 12), (1, 1, 4), (1, 9, 12), (2, 0, 5)))
-    stop = resume.last_stop(parts)
-    assert (stop.index, stop.along) == (2, pytest.approx(5.0, abs=0.01))
-    found = resume.missed(passes(), parts, stop)
-    assert [(m.row, m.length) for m, _ in found] == [
+    lines = flown((0, 0, 12), (1, 1, 4), (1, 9, 12), (2, 0, 5))
+    behind = resume.passed(passes(), lines)
+    assert [p.row for p in behind] == [0, 1, 2]
+    assert behind[-1].length == pytest.approx(5.0, abs=0.01)
+    found = resume.missed(passes(), behind, lines)
+    assert [(m.row, m.length) for m in found] == [
         (1, pytest.approx(1.0, abs=0.01)), (1, pytest.approx(5.0, abs=0.01)),
     ]  # fmt: skip
-    again = [piece for _, piece in found] + resume.rest(passes(), stop)
-    done = flown((0, 0, 12), (1, 1, 4), (1, 9, 12), (2, 0, 5))
-    both = shapely.union_all(
-        [*strips(again, 1.0), *(shapely.LineString(x).buffer(0.7, cap_style="flat") for x in done)]
-    )
-    assert shapely.union_all(strips(passes(), 0.5)).difference(both).area < 0.05
+    left = resume.remaining(passes(), [p.points_site for p in behind])
+    assert [(p.row, round(p.length, 1)) for p in left] == [(2, 7.0), (3, 12.0), (4, 12.0)]
+    again = resume.remaining(passes(), lines)
+    assert [(p.row, round(p.length, 1)) for p in again[:3]] == [(1, 1.0), (1, 5.0), (2, 7.0)]
+    (mission,) = missions.plan_from_home(FIVE, wishes(), PROVENANCE, again)
+    assert sprayed_rows(mission) == [1, 1, 2, 3, 4]
+    assert [f.rule.name for f in inspect(mission) if not f.ok] == []
+
+
+def test_sorties_flown_in_another_order_leave_what_neither_has_sprayed():
+    """The first one stopped half way; the second one, over the last rows, was flown whole."""
+    first, second = passes()[:3], passes()[3:]
+    behind = resume.passed(first, flown((0, 0, 12), (1, 0, 6)))
+    behind += resume.passed(second, flown((3, 0, 12), (4, 0, 12)))
+    left = resume.remaining(passes(), [p.points_site for p in behind])
+    assert [(p.row, round(p.length, 1)) for p in left] == [(1, 6.0), (2, 12.0)]
 
 
 def test_spraying_against_the_direction_of_a_line_is_no_treatment_of_it():
