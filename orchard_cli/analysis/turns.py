@@ -23,6 +23,7 @@ T = TypeVar("T", NewTrajectory, OccupiedCells)
 LEAD = 6.0  # s before the path bends in which its decision may have been taken
 AROUND = 4.0  # s of the flight before the decision and after the avoidance
 LAYER = 0.6  # m above and below the flight: cells that stood in the way
+SETTLED = 1.5  # s after the decision in which it may be bettered: the last one is shown
 MAP_WAIT = 1.2  # s: maps are logged about once a second
 DRAWN = 15.0  # s of a trajectory that are shown
 
@@ -58,7 +59,7 @@ class Turn:
     decided: float  # s: the first of them, else the avoidance's start
     flown_site: Points  # (n, 3) m, from AROUND before to AROUND after
     old_site: Points  # (n, 3) m, the trajectory that was given up; empty: not logged
-    new_site: Points  # (n, 3) m, the last one that was taken instead; empty: not logged
+    new_site: Points  # (n, 3) m, the one that was taken instead; empty: not logged
     cells_site: Points  # (n, 2) m, occupied cells at flight height, about when it was decided
     cell: float  # m, their edge
     map_delay: float | None  # s from the decision to the map's record; negative: before it
@@ -88,13 +89,14 @@ def _turn(flight: Flight, avoidance: Avoidance, since: float) -> Turn:
     here = min(int(np.searchsorted(track.times, decided)), len(track.times) - 1)
     w, x, y, z = track.site_from_body[here]
     cells = _decisive(log.maps, decided)
-    taken = [one for one in log.trajectories if since < one.time <= end]
+    taken = [one for one in log.trajectories if decided <= one.time <= decided + SETTLED]
+    given_up = [one for one in log.trajectories if one.time < decided]
     return Turn(
         avoidance=avoidance,
         choices=choices,
         decided=decided,
         flown_site=track.between(start - AROUND, end + AROUND).positions_site,
-        old_site=_path(_newest(log.trajectories, since), decided),
+        old_site=_path(given_up[-1] if given_up else None, decided),
         new_site=_path(taken[-1], taken[-1].time) if taken else np.empty((0, 3)),
         cells_site=_layer(cells, float(track.positions_site[here, 2])),
         cell=cells.cell if cells else 0.1,

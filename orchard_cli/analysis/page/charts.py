@@ -143,7 +143,7 @@ _TITLES = {
     "y": "speed along y, across the rows (m/s)",
     "z": "speed along z, up (m/s)",
     "yaw": "yaw rate (rad/s), the mission's limit dotted",
-    "clearance": "clearance to obstacles (m), up to 8 m; limit dotted",
+    "clearance": "clearance (m), drawn up to 8; limit dotted",
 }
 _SEEN = 8.0  # m: farther obstacles do not matter
 

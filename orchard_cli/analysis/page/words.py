@@ -143,7 +143,7 @@ def story(turn: Turn, begin: float) -> list[str]:
     """Why it turned and what came of it; times count from `begin`, s on the flight clock."""
     said = [_choice(choice, begin, again=bool(i)) for i, choice in enumerate(turn.choices[:4])]
     if len(turn.choices) > 4:
-        said.append(f"{len(turn.choices) - 4} more decisions followed in this avoidance.")
+        said.append(f"More decisions in this avoidance: {len(turn.choices) - 4}.")
     if not turn.choices:
         said.append(
             "The log holds no decision of the planner that explains it: "
