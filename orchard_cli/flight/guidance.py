@@ -20,8 +20,8 @@ from orchard_cli.motion.situation import Avoid, Keep, Stop, Verdict
 from orchard_cli.motion.timing import PathLimits, time_path
 from orchard_cli.motion.yaw import heading_ahead, step_yaw, wrapped
 
-LOOK_AHEAD = 0.8  # s: the nose points to where the vehicle will be then
-YAW_ACCELERATION = 1.0  # rad/s²
+LOOK_AHEAD = 2.0  # s: the nose points to where the vehicle will be then
+YAW_ACCELERATION = 0.6  # rad/s²
 NEAR = 0.03  # m: closer than this a leg is not flown; the setpoint steps by as much
 SHORT = 1.0  # m: a leg so short is no reason to turn the nose along it
 ALIGNED = math.radians(4.0)
@@ -151,14 +151,7 @@ class Guidance:
 
     def timed(self, points_site: Points) -> Trajectory:
         """A path (n, 3) from rest to rest within the mission's limits, starting at time 0."""
-        limits = PathLimits(
-            self._limits.speed,
-            self._limits.acceleration,
-            self._limits.acceleration,
-            self._limits.yaw_rate,
-            self._limits.climb_speed,
-        )
-        return time_path(points_site, limits).trajectory
+        return time_path(points_site, PathLimits.planned(self._limits)).trajectory
 
     def setpoint(self, now: float) -> Setpoint:
         """The setpoint for `now`; turns the nose by the time since the last call."""

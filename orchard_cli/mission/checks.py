@@ -67,17 +67,6 @@ def flown(mission: Mission) -> Points:
     return trajectory.sample(np.arange(trajectory.start, trajectory.end + step, step))[0]
 
 
-def path_limits(limits: Limits) -> PathLimits:
-    """The part of the vehicle's limits that shapes a time law."""
-    return PathLimits(
-        speed=limits.speed,
-        acceleration=limits.acceleration,
-        acceleration_along=limits.acceleration_along,
-        yaw_rate=limits.yaw_rate,
-        climb_speed=limits.climb_speed,
-    )
-
-
 def canopy_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fault]:
     """Rows whose canopy comes nearer than the clearance to a path sampled densely (n, 3).
 
@@ -183,7 +172,7 @@ def _ground_faults(mission: Mission) -> list[Fault]:
 
 
 def _limit_faults(mission: Mission) -> list[Fault]:
-    over = over_limits(mission.trajectory, path_limits(mission.limits))
+    over = over_limits(mission.trajectory, PathLimits.of(mission.limits))
     return [
         Fault("trajectory", f"{share:.0%} of the limit on {name}", "plan the mission again")
         for name, share in over.items()

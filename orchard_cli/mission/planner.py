@@ -20,7 +20,7 @@ from orchard_cli.motion.fit import (
     lengths_of,
     samples,
 )
-from orchard_cli.motion.timing import TimedPath, time_path
+from orchard_cli.motion.timing import PathLimits, TimedPath, time_path
 
 from . import checks, energy, stores, transit
 from . import route as routes
@@ -60,7 +60,7 @@ def plan_passes(
     approach = transit.way(wishes.takeoff_site, waypoints[0], waypoints[1], orchard, wishes)
     departure = transit.way(wishes.landing_site, waypoints[-1], waypoints[-2], orchard, wishes)
     path = np.concatenate([approach[:-1], curve, departure[-2::-1]])
-    timed = time_path(path, checks.path_limits(limits))
+    timed = time_path(path, PathLimits.planned(limits))
     trajectory = _tidy(timed.trajectory)
     reached = _reached(corners, lengths_of(approach)[-1], curve, timed)
     segments = _segments(route, reached, trajectory.end)

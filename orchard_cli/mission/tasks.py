@@ -20,7 +20,7 @@ from orchard_cli.model.tasks import FlyTo, Hover, TakeOff, Task
 from orchard_cli.model.trajectory import DEGREE, BSpline, Trajectory
 from orchard_cli.model.wishes import FlightWishes
 from orchard_cli.motion.fit import fit_rounded
-from orchard_cli.motion.timing import time_path
+from orchard_cli.motion.timing import PathLimits, time_path
 
 from . import checks, energy
 
@@ -100,7 +100,7 @@ def _flown(
                 what = f"is a leg of less than {_SHORTEST:g} m"
                 faults.append(Fault(f"task {k}", what, "leave it out, or fly farther"))
                 continue
-            leg = time_path(np.stack([here, there]), checks.path_limits(limits), interval)
+            leg = time_path(np.stack([here, there]), PathLimits.planned(limits), interval)
             control += [*leg.trajectory.control_points_site, *[there] * DEGREE]
             reached.append(round((len(control) - DEGREE) * interval, _MICRONS))
             points.append(there)

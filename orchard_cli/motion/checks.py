@@ -11,7 +11,7 @@ from orchard_cli.model.trajectory import DEGREE, Trajectory
 
 from . import _kernels
 
-PER_SEGMENT = 8  # samples in each knot interval: every 6 cm at 0.5 m between control points
+TICK = 0.0625  # s between samples: every 6 cm at 1 m/s
 SLACK = 0.02  # m: how much nearer than it was a walk that begins too near may come
 
 
@@ -37,12 +37,13 @@ def inspect(
     leave but not come nearer (by more than 2 cm).
     """
     control = trajectory.control_points_site
-    last = len(control) - DEGREE
-    phases = (np.array([begin, end]) - trajectory.start) / trajectory.interval
-    first_phase, last_phase = np.clip(phases, 0.0, last)
+    last = float(len(control) - DEGREE)
+    first_phase = min(max((begin - trajectory.start) / trajectory.interval, 0.0), last)
+    last_phase = min(max((end - trajectory.start) / trajectory.interval, 0.0), last)
     found = np.empty(7)
     _kernels.inspect(
-        control, trajectory.interval, first_phase, last_phase, PER_SEGMENT,
+        control, trajectory.interval, first_phase, last_phase,
+        max(2, round(trajectory.interval / TICK)),
         field.values, frame_of(field), floor, SLACK, found,
     )  # fmt: skip
     free = not np.isfinite(found[0])

@@ -1,25 +1,28 @@
-"""One detour: a guide path, sampled, optimised twice, and checked (Liu 2024, §4.2 to §4.4)."""
+"""One detour: a guide path, sampled, optimised twice, and checked (Liu 2024, §4.2 to §4.4).
+
+Head and reference have fine knots, so that a detour may begin and end at almost any time; the
+detour itself is optimised on knots `halvings` times as far apart, the paper's 0.5 m, and refined.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
 from orchard_cli.mapping import DistanceField
-from orchard_cli.model.arrays import Points, Vector
+from orchard_cli.model.arrays import Points
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.trajectory import DEGREE, Trajectory
 
 from .checks import Inspection, inspect
 from .optimise import REFINE, WARM_UP, Targets, Weights, optimise
 from .pacing import pace
-from .search import NoRoute, Wall, find_route
+from .search import NoRoute, find_route
 from .splice import Head, splice
 from .stopwatch import Stopwatch
-
-_WALL = 4.0  # m, how far a wall across one side reaches
+from .subdivision import controls_of, halved, knot_state
+from .timing import CRUISE
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,7 @@ class Manner:
     approach: float = 0.0  # m of the reference before the rejoin point that the guide runs along
     stray: float = 0.05  # per m: how much dearer a way is beside the path being flown
     pacing: float = 0.6  # share of the acceleration limit, between speeds
+    effort: float = 0.95  # share of the acceleration limit that the optimisation aims at
     warm_up: Weights = field(default=WARM_UP)
     refine: Weights = field(default=REFINE)
 
@@ -42,11 +46,12 @@ class Manner:
 class Task:
     """Where a detour begins, what it goes round, and what it must respect."""
 
+    begin: float  # s, when what is flown may change: the head may go on
     head: Head
     reference: Trajectory
+    halvings: int  # of the optimisation's knot interval, to that of head and reference
     first: int  # the reference's knot that belongs to the head's last
     near: Points  # (n, 3) m, the path being flown
-    conflict: Vector  # (2,) m, where that path is blocked
     field: DistanceField
     limits: Limits
 
@@ -63,73 +68,108 @@ class Detour:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NoDetour:
-    """Why a detour was turned down, and the guide path that was tried."""
+    """Why a detour was turned down."""
 
     why: str
-    guide_site: Points = field(default_factory=lambda: np.empty((0, 2)))
 
 
-def find_detour(
-    task: Task, rejoin: int, manner: Manner, watch: Stopwatch, avoid_side: Points | None = None
-) -> Detour | NoDetour:
-    """A detour from the head to knot `rejoin` of the reference, or why not.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ends:
+    """The three control points (3, 3) at either end of a detour, on the optimisation's knots."""
 
-    `avoid_side`: a guide path (n, 2) on the side that is not to be taken this time.
-    """
-    head, tail = task.head.control_points_site, task.reference.control_points_site[rejoin:]
-    approach = _approach(task, rejoin, manner.approach)
-    wall = None if avoid_side is None else _wall(task.conflict, avoid_side)
+    interval: float  # s
+    first: Points
+    last: Points
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """m/s where the free points begin and end."""
+        away, home = self.first[2] - self.first[1], self.last[1] - self.last[0]
+        return (
+            float(np.hypot(away[0], away[1])) / self.interval,
+            float(np.hypot(home[0], home[1])) / self.interval,
+        )
+
+
+def find_detour(task: Task, rejoin: int, manner: Manner, watch: Stopwatch) -> Detour | NoDetour:
+    """A detour from the head to knot `rejoin` of the reference, or why not."""
+    ends = _ends(task, rejoin)
+    replaced = _replaced(task, rejoin)
+    approach = _approach(replaced, ends, manner.approach)
     with watch.stage("search"):
         route = find_route(
-            task.field, head[-1, :2], approach[0], manner.accept, task.near, manner.stray, wall
+            task.field, ends.first[2, :2], approach[0], manner.accept, task.near, manner.stray
         )
     if isinstance(route, NoRoute):
         return NoDetour(route.why)
     guide = np.concatenate([route.points_site, approach[1:]])
     with watch.stage("optimise"):
-        free = _optimised(task, guide, rejoin, manner)
-    trajectory = splice(task.head, free, task.reference, rejoin)
+        span = _optimised(task, ends, guide, replaced, manner)
+    fine = halved(span, task.halvings)[DEGREE:-DEGREE]
+    trajectory = splice(task.head, fine, task.reference, rejoin)
     with watch.stage("recheck"):
-        knots = len(head) + len(free)
-        back = trajectory.start + knots * trajectory.interval
-        cruise = max(float(np.linalg.norm(tail[1] - tail[0])) / trajectory.interval, 0.1)
-        until = back + manner.ahead / cruise
-        found = inspect(trajectory, task.field, task.head.begin, until, manner.accept)
-    why = _fault(found, task.limits) or _strays(task, free, rejoin, manner.furthest)
-    if why:
-        return NoDetour(why, guide)
-    return Detour(trajectory, back, guide, found)
+        begin = task.head.begin
+        back = begin + (len(fine) + DEGREE) * trajectory.interval
+        until = back + manner.ahead / max(ends.speeds[1], 0.1)
+        found = inspect(trajectory, task.field, task.begin, until, manner.accept)
+    why = _fault(found, task.limits) or _strays(span, replaced, manner.furthest)
+    return NoDetour(why) if why else Detour(trajectory, back, guide, found)
 
 
-def _approach(task: Task, rejoin: int, length: float) -> Points:
-    """The reference's control points (n, 2) over the last `length` metres up to `rejoin`."""
-    points = task.reference.control_points_site[task.first : rejoin + 1, :2]
-    left = np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)[::-1])
-    return points[len(points) - 1 - int(np.searchsorted(left, length)) :]
-
-
-def _optimised(task: Task, guide: Points, rejoin: int, manner: Manner) -> Points:
-    """The free control points (f, 3) between the head and the reference."""
-    head, tail = task.head.control_points_site, task.reference.control_points_site[rejoin:]
-    interval, limits = task.head.interval, task.limits
-    replaced = task.reference.control_points_site[
-        min(task.first + DEGREE - 1, rejoin - 1) : rejoin + 1
-    ]
-    speeds = (
-        float(np.linalg.norm(head[-1, :2] - head[-2, :2])) / interval,
-        float(np.linalg.norm(tail[1, :2] - tail[0, :2])) / interval,
+def _ends(task: Task, rejoin: int) -> _Ends:
+    fine = task.reference.interval
+    coarse = fine * 2**task.halvings
+    head = task.head.control_points_site
+    return _Ends(
+        coarse,
+        controls_of(knot_state(head, len(head) - DEGREE, fine), coarse),
+        controls_of(knot_state(task.reference.control_points_site, rejoin, fine), coarse),
     )
+
+
+def _replaced(task: Task, rejoin: int) -> Points:
+    """The reference (n, 3) between the first and the last free control point."""
+    knots = 2**task.halvings
+    control = task.reference.control_points_site
+    first = min(task.first + knots, rejoin - knots - 1)
+    return control[first + 1 : rejoin - knots + 2]
+
+
+def _approach(replaced: Points, ends: _Ends, length: float) -> Points:
+    """The last `length` metres (n, 2) of the way along the reference to the rejoin point."""
+    goal = ends.last[:1, :2]
+    if length <= 0:
+        return goal
+    points = replaced[:-1, :2]
+    left = np.cumsum(np.hypot(*np.diff(points[::-1], axis=0).T))
+    return np.concatenate([points[len(points) - 1 - int(np.searchsorted(left, length)) :], goal])
+
+
+def _optimised(task: Task, ends: _Ends, guide: Points, replaced: Points, manner: Manner) -> Points:
+    """The detour's control points (n, 3), its fixed ends included."""
+    limits = task.limits
     paced = pace(
-        guide, replaced, interval, speeds, manner.cruise, manner.pacing * limits.acceleration
+        guide, replaced, task.reference.interval, ends.interval, ends.speeds, manner.cruise,
+        manner.pacing * limits.acceleration,
+    )  # fmt: skip
+    start = np.concatenate([ends.first[:2, :2], paced, ends.last[1:, :2]])
+    fast = max(*ends.speeds, CRUISE * limits.speed)
+    targets = Targets(
+        ends.interval,
+        min(fast, 0.99 * limits.speed),
+        manner.effort * limits.acceleration,
+        manner.aim,
     )
-    start = np.concatenate([head[-DEGREE:-1, :2], paced, tail[1:DEGREE, :2]])
-    targets = Targets(interval, 0.99 * limits.speed, 0.95 * limits.acceleration, manner.aim)
     warm = optimise(start, start, task.field, manner.warm_up, targets, iterations=30)
-    fine = optimise(warm, start, task.field, manner.refine, targets)[DEGREE:-DEGREE]
-    share = np.linspace(0.0, 1.0, len(fine) + 2)[1:-1]
-    heights = np.interp(share, np.linspace(0.0, 1.0, len(replaced)), replaced[:, 2])
-    heights += (1 - share) * (head[-1, 2] - replaced[0, 2])
-    return np.column_stack([fine, heights])
+    fine = optimise(warm, start, task.field, manner.refine, targets)
+    span = np.empty((len(fine), 3))
+    span[:, :2] = fine
+    own = np.linspace(0.0, 1.0, len(replaced))
+    share = np.linspace(0.0, 1.0, len(fine) - 4)
+    drop = ends.first[2, 2] - replaced[0, 2]
+    span[2:-2, 2] = np.interp(share, own, replaced[:, 2]) + (1 - share) * drop
+    span[:DEGREE, 2], span[-DEGREE:, 2] = ends.first[:, 2], ends.last[:, 2]
+    return span
 
 
 def _fault(found: Inspection, limits: Limits) -> str:
@@ -146,19 +186,7 @@ def _fault(found: Inspection, limits: Limits) -> str:
     return ""
 
 
-def _strays(task: Task, free: Points, rejoin: int, furthest: float) -> str:
+def _strays(span: Points, replaced: Points, furthest: float) -> str:
     """Whether a detour leaves the reference by too far; empty when not."""
-    replaced = task.reference.control_points_site[task.first : rejoin + 1, :2]
-    apart = np.linalg.norm(free[:, None, :2] - replaced[None], axis=2).min(axis=1).max()
+    apart = np.hypot(*(span[:, None, :2] - replaced[None, ::4, :2]).T).min(axis=0).max()
     return f"leads {apart:.1f} m away from the route" if apart > furthest else ""
-
-
-def _wall(conflict: Vector, guide: Points) -> Wall | None:
-    """From the obstacle across the side that a guide path takes."""
-    dense = np.concatenate([np.linspace(a, b, 9) for a, b in pairwise(guide)])
-    offsets = dense - conflict
-    distances = np.linalg.norm(offsets, axis=1)
-    nearest = int(np.argmin(distances))
-    if distances[nearest] < 0.05:
-        return None
-    return Wall(conflict, conflict + _WALL * offsets[nearest] / distances[nearest])

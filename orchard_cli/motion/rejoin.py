@@ -7,11 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orchard_cli.mapping import DistanceField
 from orchard_cli.model.arrays import Array, Points, Vector
 
-WIDEST = 0.0  # as a lead: in the middle of the longest free stretch
-_LEAST = 0.3  # m of free reference that such a stretch has on both sides
+from . import _kernels
+from .checks import frame_of
+
+LEADS = (3.0, 2.0, 1.2, 0.0)
+"""m of free reference before the rejoin point that do where the lead asked for is not to be had;
+0 is as much as there is."""
+
+_LEAST = 0.3  # m of free reference, at least
 _FROM_END = 1.0  # m that are enough to come to rest at the reference's end
+_CORNER = 0.35  # rad: a stretch that turns by more leads round a corner of the route
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,33 +28,65 @@ class Rejoin:
 
     knot: int  # counted from the first one given
     room: float  # m
+    skips_corner: bool = False
 
 
-def choose_rejoin(
-    knots: Points, free: NDArray[np.bool_], conflict: Vector, lead: float, ahead: float, last: bool
-) -> Rejoin | None:
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """The reference ahead, and where it is free."""
+
+    knots: Points  # (n, 3) m
+    lengths: Array  # (n,) m along it
+    free: NDArray[np.bool_]  # (n,)
+    behind: Array  # (n,) m of free reference before each knot, counted from the conflict on
+    before: Array  # (n,) m after it
+    turned: Array  # (n,) rad between the conflict and each knot
+    ends: bool  # whether the last knot is the reference's end
+
+    @classmethod
+    def of(
+        cls, knots: Points, conflict: Vector, field: DistanceField, floor: float, ends: bool
+    ) -> Stretch:
+        """Look along the reference's `knots` (n, 3) m.
+
+        `conflict` (2,) m: the first place that is blocked, nothing before it counts; `floor` m:
+        what the field must show where the reference is free.
+        """
+        beside = int(np.argmin(np.hypot(knots[:, 0] - conflict[0], knots[:, 1] - conflict[1])))
+        out = np.empty((len(knots), 5))
+        _kernels.free_again(knots, beside, field.values, frame_of(field), floor, out)
+        return cls(knots, out[:, 0], out[:, 1] > 0, out[:, 2], out[:, 3], out[:, 4], ends)
+
+
+def choose_rejoin(stretch: Stretch, lead: float, ahead: float) -> Rejoin | None:
     """The first knot with `lead` m of free reference behind it and `ahead` m before it.
 
-    `knots` (n, 3) m: the reference's; `free` (n,): whether each keeps its distance; `conflict`
-    (2,) m: the first place that is blocked, nothing before it counts; `last`: whether the last
-    knot is the reference's end. A `lead` of WIDEST takes the middle of the longest free stretch.
+    A corner of the route is not skipped: a shorter lead is taken instead (LEADS), and only when
+    none fits on the obstacle's own leg the first knot anywhere.
     """
-    s = path_lengths(knots)
-    beside = int(np.argmin(np.linalg.norm(knots[:, :2] - conflict, axis=1)))
-    behind = s - np.maximum.accumulate(np.where(free, s[beside], s))
-    before = np.minimum.accumulate(np.where(free, np.inf, s)[::-1])[::-1] - s
-    if lead == WIDEST:
-        room = np.minimum(behind, before)
-        good = (room == room.max()) & (room > _LEAST)
+    same = stretch.turned <= _CORNER
+    for allowed in (same, np.ones_like(same)):
+        for wanted in (lead, *(shorter for shorter in LEADS if shorter < lead)):
+            knot = _first(stretch, allowed, wanted, ahead)
+            if knot is not None:
+                return Rejoin(knot, float(stretch.behind[knot]), bool(~same[knot]))
+    return None
+
+
+def _first(stretch: Stretch, allowed: NDArray[np.bool_], lead: float, ahead: float) -> int | None:
+    behind, room = stretch.behind, stretch.before >= ahead
+    if lead == 0:
+        most = np.where(allowed & room, behind, 0.0)
+        good = (most == most.max()) & (most > _LEAST)
     else:
-        good = (behind >= lead) & (before >= ahead)
-        if last:
-            good[-1] |= behind[-1] >= min(lead, _FROM_END)
-    found = np.flatnonzero(good)
-    return Rejoin(int(found[0]), float(behind[found[0]])) if len(found) else None
+        good = (behind >= lead) & room & allowed
+    if stretch.ends:
+        good[-1] |= bool(behind[-1] >= min(max(lead, _LEAST), _FROM_END) and allowed[-1])
+    knot = int(good.argmax())
+    return knot if good[knot] else None
 
 
 def path_lengths(points: Points) -> Array:
     """Horizontal path length from the first of the points (n, 3) to each (n,), m."""
-    steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
+    steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
     return np.concatenate([[0.0], np.cumsum(steps)])

@@ -16,7 +16,7 @@ from orchard_cli.model.trajectory import DEGREE, Trajectory
 from .braking import first_knot
 
 _FLOWN = 2.0  # s: no commit time lies further ahead than this
-_CUT = 8  # knots by which a detour may be shorter than what it replaces, when it cuts a corner
+_CUT = 4.0  # s by which a detour may be shorter than what it replaces, when it cuts a corner
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,4 +96,5 @@ def counterpart(
     first_shared = len(active.control_points_site) - tail
     if knot >= first_shared:
         return knot - delay
-    return nearest_knot(reference, point, knot - max(delay, 0) - _CUT, first_shared - delay)
+    cut = round(_CUT / reference.interval)
+    return nearest_knot(reference, point, knot - max(delay, 0) - cut, first_shared - delay)

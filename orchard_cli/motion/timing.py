@@ -14,11 +14,12 @@ Three steps, each of which keeps what the one before has promised:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from orchard_cli.model.arrays import Array, Points
+from orchard_cli.model.mission import Limits
 from orchard_cli.model.trajectory import Trajectory
 
 STEP = 0.05
@@ -29,6 +30,12 @@ EASE = 1.0
 
 TOLERANCE = 0.01
 """Share by which a trajectory may exceed a limit: the spline only approximates the time law."""
+
+CRUISE = 0.95
+"""Share of the speed limit that is planned: flown speeds exceed the plan by 0.1 m/s at times."""
+
+EFFORT = 0.6
+"""Share of the acceleration limit that is planned: flown ones exceed it by 0.2 m/s² at times."""
 
 _ROUNDS = 30  # of lowering the law's limits until the spline keeps its own
 _EAGER = 1.3  # power of the excess by which a limit is lowered
@@ -46,6 +53,20 @@ class PathLimits:
     acceleration_along: float  # m/s², the part along the path
     yaw_rate: float  # rad/s, of the direction of travel seen from above
     climb_speed: float  # m/s, up or down
+
+    @classmethod
+    def of(cls, limits: Limits) -> PathLimits:
+        """The part of a vehicle's limits that shapes a time law."""
+        return cls(**{name: getattr(limits, name) for name in cls.__slots__})
+
+    @classmethod
+    def planned(cls, limits: Limits) -> PathLimits:
+        """What a time law is made for: below the limits by what sensor noise and tracking add."""
+        return replace(
+            cls.of(limits),
+            speed=CRUISE * limits.speed,
+            acceleration=EFFORT * limits.acceleration,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,10 +6,13 @@ Clearances are from the airframe's centre to the pole's true surface.
 import numpy as np
 import pytest
 
-from orchard_cli.avoidance import Guided
+from orchard_cli.avoidance import Guided, GuidedSettings
 from orchard_cli.model.mission import Limits
+from orchard_cli.motion.fit import rounded
 from orchard_cli.motion.situation import Avoid, Keep, Stop
 from orchard_cli.motion.splice import shared_tail
+from orchard_cli.motion.subdivision import refined
+from orchard_cli.motion.timing import PathLimits, time_path
 
 from ..pole_world import CELL, LOWER, PoleMap, avoids, fly, situation, straight_route
 
@@ -137,17 +140,18 @@ def test_late_discoveries_end_in_a_detour_or_in_the_hardest_braking_allowed(spee
         assert away >= LIMITS.clearance
 
 
-def test_the_detour_ends_in_the_reference_a_whole_number_of_intervals_later():
+def test_the_detour_ends_in_the_reference_a_whole_number_of_fine_intervals_later():
     now = 15.0
     grid = PoleMap([(20.0, 0.0, 0.15)], known=True)
     verdict = Guided().plan(situation(now, now + 0.2, ROUTE, ROUTE, grid))
     assert isinstance(verdict, Avoid)
     delay = verdict.trajectory.end - ROUTE.end
-    assert delay / ROUTE.interval == pytest.approx(round(delay / ROUTE.interval))
+    fine = refined(ROUTE, GuidedSettings().halvings)
+    assert delay / fine.interval == pytest.approx(round(delay / fine.interval))
     for t in np.linspace(verdict.rejoin, verdict.trajectory.end, 7):
         there, here = verdict.trajectory.at(t), ROUTE.at(t - delay)
         np.testing.assert_allclose(there.position_site, here.position_site, atol=1e-9)
-    assert shared_tail(verdict.trajectory, ROUTE) > 10
+    assert shared_tail(verdict.trajectory, fine) > 80
     assert verdict.begin >= now + 0.2
     assert {"check", "search", "optimise", "replan"} <= set(verdict.stages_ms)
     assert len(verdict.guide_site) > 1
@@ -184,3 +188,39 @@ def test_never_flies_where_the_camera_has_not_looked():
     halt = aside.trajectory.at(aside.trajectory.end)
     assert halt.position_site[0] - ROUTE.at(now).position_site[0] < 2.2
     assert np.linalg.norm(halt.velocity_site) < 1e-9
+
+
+def test_a_pole_seen_late_is_braked_before_and_passed_slowly():
+    """One trajectory: it slows down along the route, and goes round at a crawl."""
+    now = 15.0
+    here = ROUTE.at(now).position_site
+    pole = (here[0] + 2.7, 0.05, 0.15)
+    grid = PoleMap([pole], known=True)
+    verdict = Guided().plan(situation(now, now + 0.2, ROUTE, ROUTE, grid))
+    assert isinstance(verdict, Avoid)
+    positions, velocities, accelerations = verdict.trajectory.sample(
+        np.arange(now, verdict.rejoin, 0.02)
+    )
+    assert (np.hypot(*(positions[:, :2] - pole[:2]).T) - pole[2]).min() >= LIMITS.clearance
+    assert np.linalg.norm(accelerations, axis=1).max() <= LIMITS.acceleration * 1.01
+    assert np.linalg.norm(velocities, axis=1).min() < 0.6
+
+
+@pytest.mark.parametrize("before_the_end", [3.0, 5.0])
+def test_a_pole_in_a_short_row_does_not_cost_the_waypoint_behind_it(before_the_end):
+    corner = np.array([16.0, 0.0, 3.5])
+    path = rounded(np.array([[0, 0, 3.5], corner, [16, 6, 3.5], [0, 6, 3.5]]), 0.5)
+    route = time_path(path.points_site, PathLimits.planned(LIMITS)).trajectory
+    poles = [(16.0 - before_the_end - 1.0, 0.0, 0.15)]
+    flight = past(poles, route=route)
+    assert flight.clearance(poles) >= LIMITS.clearance
+    assert np.linalg.norm(flight.positions - corner, axis=1).min() < 0.8
+
+
+def test_a_pole_in_the_corner_is_gone_round_and_the_corner_said_to_be_left_out():
+    path = rounded(np.array([[0, 0, 3.5], [16, 0, 3.5], [16, 14, 3.5]]), 0.5)
+    route = time_path(path.points_site, PathLimits.planned(LIMITS)).trajectory
+    poles = [(15.7, 0.3, 0.15)]
+    flight = past(poles, route=route)
+    assert flight.clearance(poles) >= LIMITS.clearance
+    assert any("leaves out a corner" in a.why for a in avoids(flight))

@@ -17,7 +17,7 @@ from orchard_cli.model.mission import Leg, Limits, Provenance, Segment
 from orchard_cli.model.site import HeightReference, KnownObstacle, Orchard, SiteOrigin, TreeRow
 from orchard_cli.model.wishes import FlightWishes, HeightAbove, StartRow, StartSide
 from orchard_cli.motion.fit import distances
-from orchard_cli.motion.timing import TOLERANCE, over_limits
+from orchard_cli.motion.timing import CRUISE, TOLERANCE, PathLimits, over_limits
 
 ORIGIN = SiteOrigin(23.45, 113.13, 20.0, HeightReference.AMSL, np.radians(75.0))
 PROVENANCE = Provenance("north.survey.toml", "0" * 64, "0.1", "2026-01-01T00:00:00+00:00")
@@ -83,9 +83,7 @@ def test_a_planned_mission_keeps_every_promise(what, start_row, start_side, cut)
              height_above=HeightAbove.CANOPY, height=1.5)  # fmt: skip
     assert missions.check(m) == ()
     assert missions.measured_corner_cut(m) <= cut + 1e-5
-    assert max(over_limits(m.trajectory, missions.checks.path_limits(m.limits)).values()) <= (
-        1 + TOLERANCE
-    )
+    assert max(over_limits(m.trajectory, PathLimits.planned(m.limits)).values()) <= (1 + TOLERANCE)
     path = flown(m)
     for tree_row in what.rows:
         for trunk, top in zip(tree_row.trunks_site, tree_row.canopy_tops_site, strict=True):
@@ -109,11 +107,11 @@ def test_segments_begin_and_end_where_the_waypoints_are_passed():
     assert mission.duration == times[-1] - times[0]
 
 
-def test_full_speed_is_reached_before_the_first_tree_and_kept_past_the_last():
+def test_cruising_speed_is_reached_before_the_first_tree_and_kept_past_the_last():
     mission = plan()
     for time in (mission.segments[0].end, mission.segments[-1].start):
         speed = np.linalg.norm(mission.trajectory.at(time).velocity_site)
-        assert speed == pytest.approx(mission.limits.speed, rel=0.01)
+        assert speed == pytest.approx(CRUISE * mission.limits.speed, rel=0.01)
     assert mission.takeoff_site == pytest.approx([-4, 0])
     assert mission.landing_site == pytest.approx([15.5, 12])
 

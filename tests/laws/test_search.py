@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from orchard_cli.mapping import Band, distance_field
-from orchard_cli.motion.search import NoRoute, Route, Wall, _kernels, find_route
+from orchard_cli.motion.search import NoRoute, Route, _kernels, find_route
 
 
 def field_of(occupied, cell=0.1):
@@ -43,10 +43,10 @@ def test_finds_the_shortest_path_of_the_grid(seed):
     rng = np.random.default_rng(seed)
     free = rng.random((24, 24)) > 0.3
     free[0, 0] = free[-1, -1] = True
-    values, walls = free.astype(np.float32), np.zeros_like(free)
+    values = free.astype(np.float32)
     path = np.empty((free.size, 2), dtype=np.int32)
     count, _ = _kernels.find_path(
-        values, 0.5, walls, np.array([0, 0]), np.array([23, 23]), np.empty((0, 2)), 0.0, path
+        values, 0.5, np.array([0, 0]), np.array([23, 23]), np.empty((0, 2)), 0.0, path
     )
     best = dijkstra(steps(free), directed=False, indices=0)[-1]
     if np.isinf(best):
@@ -92,20 +92,6 @@ def test_a_start_that_is_too_near_may_leave():
     occupied[10, 30] = True
     answer = find_route(field_of(occupied), np.array([1.45, 3.05]), np.array([5.5, 3.0]), 0.9)
     assert isinstance(answer, Route)
-
-
-def test_a_wall_asks_for_the_other_side():
-    occupied = np.zeros((80, 80), dtype=bool)
-    occupied[40, 41] = True
-    field = field_of(occupied)
-    start, goal = np.array([1.0, 4.0]), np.array([7.0, 4.0])
-    right = find_route(field, start, goal, 0.8)
-    assert isinstance(right, Route)
-    assert right.points_site[:, 1].min() < 3.5
-    wall = Wall(np.array([4.0, 4.1]), np.array([4.0, 0.0]))
-    left = find_route(field, start, goal, 0.8, wall=wall)
-    assert isinstance(left, Route)
-    assert left.points_site[:, 1].max() > 4.7
 
 
 @pytest.mark.parametrize("side", [-0.4, 0.4])

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from orchard_cli.mapping import Band, distance_field
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.motion.pacing import pace
-from orchard_cli.motion.rejoin import WIDEST, choose_rejoin
+from orchard_cli.motion.rejoin import Stretch, choose_rejoin
 from orchard_cli.motion.splice import counterpart, head_at, knots_of, shared_tail, splice
+from orchard_cli.motion.subdivision import controls_of, knot_state, refined
 
 from ..pole_world import same_until, straight_route
 
@@ -67,7 +69,7 @@ def test_a_guide_is_sampled_evenly_at_constant_speed():
     """Liu 2024, §4.3: the points are evenly sampled on the guide path."""
     guide = np.array([[0.0, 0.0], [4.0, 1.0], [9.0, 0.0]])
     line = np.column_stack([np.linspace(0, 9, 19), np.zeros(19), np.zeros(19)])
-    points = pace(guide, line, 0.5, (1.0, 1.0), 1.0, 0.3)
+    points = pace(guide, line, 0.5, 0.5, (1.0, 1.0), 1.0, 0.3)
     np.testing.assert_allclose(points[[0, -1]], guide[[0, -1]])
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     assert np.ptp(steps) < 0.02
@@ -77,23 +79,63 @@ def test_a_guide_is_sampled_evenly_at_constant_speed():
 def test_from_rest_the_sampling_speeds_up_within_the_acceleration():
     guide = np.array([[0.0, 0.0], [9.0, 0.0]])
     line = np.column_stack([np.linspace(0, 9, 19), np.zeros(19), np.zeros(19)])
-    points = pace(guide, line, 0.5, (0.0, 1.0), 1.0, 0.3)
+    points = pace(guide, line, 0.5, 0.5, (0.0, 1.0), 1.0, 0.3)
     speeds = np.diff(points[:, 0]) / 0.5
     assert speeds[0] < 0.3
     assert np.diff(speeds).max() / 0.5 < 0.4
     assert speeds.max() < 1.02
 
 
+def stretch(occupied_x, conflict, ends=False, corner=np.inf):
+    """A reference along x, 0.5 m between its knots, that turns left at `corner`; 1 m kept clear."""
+    s = np.arange(0, 20, 0.5)
+    knots = np.column_stack([np.minimum(s, corner), np.maximum(s - corner, 0.0), 0 * s])
+    occupied = np.zeros((220, 220), dtype=bool)
+    for x in occupied_x:
+        occupied[int((x + 1) / 0.1), 10] = True
+    band = Band(np.array([-1.0, -1.0]), 0.1, occupied, np.ones_like(occupied), 3.0, 4.0)
+    return Stretch.of(knots, np.array(conflict), distance_field(band, 1.8), 1.0, ends)
+
+
 def test_rejoins_behind_the_obstacle_where_the_reference_is_free_again():
-    knots = np.column_stack([np.arange(0, 20, 0.5), np.zeros(40), np.zeros(40)])
-    free = (np.abs(knots[:, 0] - 5) > 1) & (np.abs(knots[:, 0] - 9) > 1)
-    conflict = np.array([4.0, 0.0])
-    assert choose_rejoin(knots, free, conflict, 0.5, 0.5, False).knot == 13  # 6.5 m, in the gap
-    far = choose_rejoin(knots, free, conflict, 4.5, 1.5, False)
-    assert knots[far.knot, 0] == 14.5
+    two = stretch([5.05, 9.05], [4.0, 0.0])
+    assert two.lengths[choose_rejoin(two, 1.0, 0.5).knot] == 7.0  # in the gap
+    far = choose_rejoin(two, 4.5, 1.5)
+    assert two.lengths[far.knot] == 14.5
     assert far.room == pytest.approx(4.5)
-    assert choose_rejoin(knots, free, conflict, 12.0, 1.5, False) is None
-    assert choose_rejoin(knots, free, conflict, 12.0, 1.5, True).knot == 39  # rest at the end
-    widest = choose_rejoin(knots, free, conflict, WIDEST, 1.5, False)
-    assert widest.knot == 39
-    assert choose_rejoin(knots, np.zeros(40, bool), conflict, WIDEST, 1.5, True) is None
+    assert not far.skips_corner
+    nearer = choose_rejoin(two, 12.0, 1.5)  # no such lead: the next shorter one
+    assert two.lengths[nearer.knot] == 13.0
+    assert choose_rejoin(stretch(np.arange(4.05, 21, 1.0), [3.0, 0.0]), 4.5, 1.5) is None
+
+
+def test_a_corner_is_skipped_only_when_nothing_else_is_possible():
+    short = stretch([5.05], [4.0, 0.0], corner=8.5)
+    place = choose_rejoin(short, 4.5, 1.5)
+    assert short.lengths[place.knot] <= 8.5
+    assert not place.skips_corner
+    blocked = stretch([5.05], [4.0, 0.0], corner=5.5)
+    assert choose_rejoin(blocked, 4.5, 1.5).skips_corner
+
+
+@pytest.mark.parametrize("halvings", [1, 3])
+def test_a_refined_curve_is_the_same_curve(halvings):
+    """Lane and Riesenfeld: more control points, the same position, velocity, acceleration."""
+    rng = np.random.default_rng(5)
+    coarse = Trajectory(2.0, 0.5, rng.normal(size=(9, 3)))
+    fine = refined(coarse, halvings)
+    assert fine.end == pytest.approx(coarse.end)
+    times = np.linspace(coarse.start, coarse.end, 57)
+    for a, b in zip(coarse.sample(times), fine.sample(times), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+def test_control_points_and_the_state_at_a_knot_tell_the_same():
+    rng = np.random.default_rng(6)
+    control = rng.normal(size=(7, 3))
+    again = controls_of(knot_state(control, 3, 0.25), 0.25)
+    np.testing.assert_allclose(again, control[3:6], atol=1e-12)
+    coarse = controls_of(knot_state(control, 3, 0.25), 0.5)
+    np.testing.assert_allclose(
+        knot_state(coarse, 0, 0.5).velocity_site, knot_state(control, 3, 0.25).velocity_site
+    )

@@ -101,7 +101,10 @@ def _paced(
         float(np.linalg.norm(control[-1, :2] - control[-2, :2])) / head.interval,
         float(np.linalg.norm(tail[1, :2] - tail[0, :2])) / head.interval,
     )
-    flat = pace(guide[:, :2], replaced, head.interval, speeds, cruise, PACING * limits.acceleration)
+    flat = pace(
+        guide, replaced, reference.interval, head.interval, speeds, cruise,
+        PACING * limits.acceleration,
+    )  # fmt: skip
     heights = np.interp(_along(flat, guide), path_lengths(guide), guide[:, 2])
     free: Points = np.column_stack([flat, heights])[1:-1]
     return free

@@ -26,6 +26,8 @@ class Weights:
 
 WARM_UP = Weights(guide=0.02)
 REFINE = Weights(collision=0.5, feasible=0.5)
+HUG = Weights(guide=1.0)  # where there is little room beside the guide path
+HUGGED = Weights(guide=0.2, collision=0.5, feasible=0.5)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orchard_cli.mapping import DistanceField
 from orchard_cli.model.arrays import Points, Vector
@@ -31,14 +30,6 @@ class NoRoute:
     cost: int = 0  # cells expanded
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Wall:
-    """A straight line that a route may not cross: it asks for the other way round."""
-
-    a_site: Vector  # (2,) m
-    b_site: Vector  # (2,) m
-
-
 def find_route(
     field: DistanceField,
     start_site: Vector,
@@ -46,7 +37,6 @@ def find_route(
     clearance: float,
     near_site: Points | None = None,
     stray: float = 0.0,
-    wall: Wall | None = None,
 ) -> Route | NoRoute:
     """Shortest 8-connected way between two points (2,), straightened by line of sight.
 
@@ -64,28 +54,15 @@ def find_route(
     limit = min(clearance, float(coarse[tuple(ends[0])]), float(coarse[tuple(ends[1])]))
     if limit <= 0:
         return NoRoute("start or goal lies in an obstacle")
-    walls = np.zeros(coarse.shape, dtype=np.bool_)
-    if wall is not None:
-        _build(walls, (wall.a_site - corner) / step, (wall.b_site - corner) / step)
     near = np.empty((0, 2)) if near_site is None else (near_site[:, :2] - corner) / step - 0.5
     path = np.empty((coarse.size, 2), dtype=np.int32)
     length, expanded = _kernels.find_path(
-        coarse, limit, walls, ends[0], ends[1], near, stray * step if len(near) else 0.0, path
+        coarse, limit, ends[0], ends[1], near, stray * step if len(near) else 0.0, path
     )
     if length == 0:
         return NoRoute("no way round within the local map", expanded)
     legs = np.empty((length, 2), dtype=np.int32)
-    kept = _kernels.straighten(coarse, limit, walls, path, length, legs)
+    kept = _kernels.straighten(coarse, limit, path, length, legs)
     points = corner + (legs[:kept] + 0.5) * step
     points[0], points[-1] = start_site[:2], goal_site[:2]
     return Route(points, expanded)
-
-
-def _build(walls: NDArray[np.bool_], a: Vector, b: Vector) -> None:
-    """Mark the cells under the line from a to b, thick enough that no diagonal step slips by."""
-    steps = int(np.ceil(2 * np.abs(b - a).max())) + 1
-    cells = np.floor(a + np.linspace(0, 1, steps)[:, None] * (b - a)).astype(np.int64)
-    for shift in ((0, 0), (1, 0)):
-        at = cells + shift
-        at = at[((at >= 0) & (at < walls.shape)).all(axis=1)]
-        walls[at[:, 0], at[:, 1]] = True

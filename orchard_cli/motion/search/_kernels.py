@@ -50,10 +50,10 @@ def _strayed(x, y, near):
 
 
 @njit(cache=True, nogil=True)
-def find_path(values, limit, walls, start, goal, near, stray, path):
+def find_path(values, limit, start, goal, near, stray, path):
     """A* from cell to cell (Liu 2024, eq. 14: f = g + h, h the Euclidean distance).
 
-    A cell is free where `values` >= `limit` and `walls` is False. Steps go to 8 neighbours, a
+    A cell is free where `values` >= `limit`. Steps go to 8 neighbours, a
     diagonal one only between free sides (no corner is cut), and cost their length times
     1 + stray * distance to the nearest of `near` (n, 2), in cells. Fills `path` (m, 2) from start
     to goal. Returns (its length or 0 when there is no way or no room, cells expanded).
@@ -85,12 +85,10 @@ def find_path(values, limit, walls, start, goal, near, stray, path):
                 if not (0 <= a < nx and 0 <= b < ny):
                     continue
                 there = a * ny + b
-                if closed[there] or values[a, b] < limit or walls[a, b]:
+                if closed[there] or values[a, b] < limit:
                     continue
                 diagonal = di != 0 and dj != 0
-                if diagonal and (
-                    values[a, j] < limit or values[i, b] < limit or walls[a, j] or walls[i, b]
-                ):
+                if diagonal and (values[a, j] < limit or values[i, b] < limit):
                     continue
                 if factor[there] == 0:
                     factor[there] = 1 + (stray * _strayed(a, b, near) if stray > 0 else 0.0)
@@ -119,20 +117,20 @@ def _unwind(parents, target, ny, path):
 
 
 @njit(cache=True, nogil=True)
-def _sees(values, limit, walls, x0, y0, x1, y1):
+def _sees(values, limit, x0, y0, x1, y1):
     """Whether the straight line between two cells' centres stays on free cells."""
     dx, dy = x1 - x0, y1 - y0
     steps = int(np.ceil(2 * max(abs(dx), abs(dy))))
     for s in range(1, steps):
         x = int(np.floor(x0 + dx * s / steps + 0.5))
         y = int(np.floor(y0 + dy * s / steps + 0.5))
-        if values[x, y] < limit or walls[x, y]:
+        if values[x, y] < limit:
             return False
     return True
 
 
 @njit(cache=True, nogil=True)
-def straighten(values, limit, walls, path, length, out):
+def straighten(values, limit, path, length, out):
     """Drop the points of a path (m, 2) that are not needed to see from one to the next.
 
     Fills `out`; returns its length. The result is never longer than the path.
@@ -141,13 +139,11 @@ def straighten(values, limit, walls, path, length, out):
     kept, here = 1, 0
     while here < length - 1:
         low, high = here + 1, length - 1
-        if not _sees(
-            values, limit, walls, path[here, 0], path[here, 1], path[high, 0], path[high, 1]
-        ):
+        if not _sees(values, limit, path[here, 0], path[here, 1], path[high, 0], path[high, 1]):
             while high - low > 1:  # sight lost once is mostly lost for good: halving is enough
                 middle = (low + high) // 2
                 if _sees(
-                    values, limit, walls, path[here, 0], path[here, 1],
+                    values, limit, path[here, 0], path[here, 1],
                     path[middle, 0], path[middle, 1],
                 ):  # fmt: skip
                     low = middle
