@@ -28,7 +28,7 @@ SMALL = 64 * 2**20
 """bytes: a file up to this size is read whole, so that its checksum over everything is verified."""
 SWELLING = 256 * 2**20, 100
 """bytes, and times the file's size: a file that unpacks to more than both is no flight."""
-CROWD = 1_000_000, 4
+CROWD = 300_000, 4
 """records, and per byte of the file: a file with more records than both is no flight."""
 
 _HEAD = struct.Struct("<BQ")  # opcode, length of what follows
