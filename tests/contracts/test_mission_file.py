@@ -270,13 +270,21 @@ def test_segments_reach_the_waypoints_one_after_another(change):
 
 def test_a_tank_and_a_sortie_are_kept():
     told = json.loads(TEXT)
-    told |= {"tank": {"capacity_l": 10, "flow_l_min": 1.7}, "liquid_l": 9.2}
+    seconds = sum(s["end_s"] - s["start_s"] for s in told["segments"] if s["leg"] == "row")
+    liquid = round(seconds * 1.7 / 60, 6)
+    told |= {"tank": {"capacity_l": 10, "flow_l_min": 1.7}, "liquid_l": liquid}
     told["sortie"] = {"number": 2, "of": 3}
     mission = missions.loads(json.dumps(told))
     assert mission.tank.flow == pytest.approx(1.7 / 60)
     again = json.loads(missions.dumps(mission))
     assert {key: again[key] for key in ("tank", "liquid_l", "sortie")} == {
         "tank": {"capacity_l": 10, "flow_l_min": 1.7},
-        "liquid_l": 9.2,
+        "liquid_l": liquid,
         "sortie": {"number": 2, "of": 3},
     }
+
+
+def test_a_mission_that_sprays_more_than_it_says_or_than_the_tank_holds_is_refused():
+    told = json.loads(TEXT)
+    told |= {"tank": {"capacity_l": 1, "flow_l_min": 1.7}, "liquid_l": 0.9}
+    assert {f.where for f in faults_of(json.dumps(told))} == {"m.json: liquid_l", "m.json: tank"}
