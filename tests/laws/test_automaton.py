@@ -23,7 +23,7 @@ from orchard_cli.avoidance.automaton.states import (
 )
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.tank import SPRAYER, Load
-from orchard_cli.motion.situation import Avoid, Stop
+from orchard_cli.motion.situation import Avoid, Keep, Stop
 
 from ..pole_world import PoleMap, fly, same_until, situation, straight_route
 
@@ -205,7 +205,7 @@ QUICK = Limits(speed=2.0, acceleration=2.0, clearance=0.85)
 @pytest.mark.parametrize("name", POLES)
 def test_passes_at_the_safe_distance_on_the_free_side_and_returns_to_the_line(name):
     flight = fly(Dfa(), SHORT, PoleMap(POLES[name]), limits=QUICK)
-    assert flight.clearance(POLES[name]) >= 0.80  # the safe distance of 0.85 less the noise
+    assert flight.clearance(POLES[name]) >= 0.70  # 0.85 less what the radar knows of edges
     assert "Stop" not in flight.kinds()
     np.testing.assert_allclose(flight.positions[-1], SHORT.control_points_site[-1], atol=0.05)
     assert flight.accelerations.max() <= 2.0 * 1.05
@@ -247,3 +247,18 @@ def test_a_stop_from_a_higher_speed_drifts_further():
 
     slow, fast = (fly_test(0.5, speed, 3.0).drift for speed in (0.5, 1.0))
     assert 0.25 < slow < fast < 1.0
+
+
+def test_stopped_beside_the_route_it_stays_for_the_obstacle_may_stand_between():
+    system, now = Dfa(), 10.0
+    off = steered(ROUTE, (now, now + 0.3), np.array([0.0, 1.5, 0.0]), 2.0, 0.5)
+    system._offered = off
+    grid = PoleMap([])
+    for _ in range(60):
+        now += 0.1
+        seen = situation(now, now + 0.3, off, ROUTE, grid, QUICK, poles=[])
+        system._stop = off
+        system._reference = ROUTE
+        verdict = system.plan(seen)
+        assert isinstance(verdict, Keep)
+    assert "beside the route" in verdict.why

@@ -31,6 +31,7 @@ WIDEST = 15.0  # m that it flies sideways to find an obstacle's end, and
 LONGEST = 40.0  # m forward along it
 LOST = 1.0  # s without the obstacle after which it was none
 MARGIN = 0.15  # m beside the safe distance in which things count: what the radar is worth
+ON_LINE = 0.3  # m beside the route up to which the radar ahead sees the way on, and
 CLEAR = 1.0  # s without anything in the way before it goes on from a stop
 SAME = 0.02  # m/s by which a command may differ from what is flown: the tank empties
 SIDEWAYS = (State.Q3, State.Q4, State.Q5, State.Q9, State.Q10)
@@ -274,7 +275,7 @@ class Dfa:
             if abs(float(flown.facing[0] * aside[1] - flown.facing[1] * aside[0])) > WIDEST:
                 return f"no end of the obstacle within {WIDEST:.0f} m"
         if state in FORWARD:
-            ahead = self._view.obstacle(situation, situation.limits.airframe_radius + MARGIN)
+            ahead = self._view.obstacle(situation, situation.limits.airframe_radius)
             here = situation.vehicle.position_site
             near = math.inf if ahead is None else float(np.linalg.norm((ahead - here)[:2]))
             if min(lasers[S1], lasers[S3]) < room or near < stopping + room:
@@ -301,6 +302,10 @@ class Dfa:
         """At rest: go on when the way ahead has been free for a while."""
         rest = situation.now >= situation.active.end
         lasers = min(reading.lasers[S1], reading.lasers[S3])
+        there = situation.reference.at(self._abreast(situation)).position_site
+        aside = float(np.linalg.norm(situation.active.at(situation.now).position_site - there))
+        if aside > ON_LINE:
+            return Keep(f"stopped {aside:.1f} m beside the route: nothing sees the way back", 0.0)
         if rest and situation.now - self._seen > CLEAR and math.isinf(lasers):
             return self._return(situation, "the way is free again")
         return Keep("stopped: the way is not free", 0.0)
