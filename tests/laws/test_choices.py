@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from orchard_cli import mission as missions
 from orchard_cli.errors import InputError
+from orchard_cli.flight.spray import SPEED_TOLERANCE
 from orchard_cli.mission import lines, resume, route, sorties
 from orchard_cli.mission.inspection import inspect
 from orchard_cli.model.mission import Leg, Limits, Tank
@@ -294,14 +295,15 @@ def test_a_place_that_is_none_is_one_fault(text):
     assert caught.value.faults[0].where == "--resume-at"
 
 
-def test_the_resumed_mission_sprays_from_the_stop_at_full_speed():
+def test_the_resumed_mission_sprays_from_the_stop_at_spray_speed():
     left = resume.rest(passes(), resume.place("3:4", passes()))
     (mission,) = missions.plan_from_home(FIVE, wishes(), PROVENANCE, left)
     first, points = mission.spray_lines[0]
     assert points[0, :2] == pytest.approx([4.0, 12.0])
     state = mission.trajectory.at(first.start)
     assert state.position_site[:2] == pytest.approx([4.0, 12.0], abs=0.03)
-    assert np.linalg.norm(state.velocity_site) == pytest.approx(1.0, abs=0.02)
+    lacking = 1.0 - np.linalg.norm(state.velocity_site)
+    assert lacking < 0.5 * SPEED_TOLERANCE  # the pump runs
     assert [f.rule.name for f in inspect(mission) if not f.ok] == []
 
 
