@@ -1,5 +1,6 @@
 """The avoidance systems, each fits the socket `Avoidance` in flight/ports.py."""
 
+from .astar import Astar, AstarSettings
 from .automaton import AutomatonSettings, Dfa
 from .ego import Ego, EgoSettings
 from .guided import Guided, GuidedSettings
@@ -7,6 +8,8 @@ from .none import Blind
 from .zones import Zones, ZonesSettings
 
 __all__ = [
+    "Astar",
+    "AstarSettings",
     "AutomatonSettings",
     "Blind",
     "Dfa",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from orchard_cli.avoidance import Blind, Dfa, Ego, Guided, Zones
+from orchard_cli.avoidance import Astar, Blind, Dfa, Ego, Guided, Zones
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.flight.ports import Avoidance
 from orchard_cli.perception import DepthDetector, OnnxDetector, RgbdEyes
@@ -24,6 +24,7 @@ SYSTEMS: dict[str, Callable[[], Avoidance]] = {
     "ego": Ego,
     "ego-published": Ego.published,
     "zones": _zones,
+    "astar": Astar,
     "dfa": Dfa,
     "dfa-wide": Dfa.wide,
     "none": Blind,

@@ -76,3 +76,24 @@ class Sighting:
 
     obstacles: tuple[Obstacle, ...] = ()
     glimpses: tuple[Detection, ...] = ()  # without a distance: known by category and box alone
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Upright:
+    """What radar and camera together know of one thing: an upright cylinder (Huang 2021, §2.2)."""
+
+    time: float  # s, flight clock, of the image
+    distance: float  # m, level, from the body's centre to its surface
+    width: float  # m
+    centre_site: Vector  # (2,) m, its axis
+    bottom: float  # m, z in the site frame
+    top: float  # m, z in the site frame
+    cut: bool = False  # the image's edge cuts it: it may be larger
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre_site", frozen(self.centre_site, (2,), "centre"))
+
+    @property
+    def height(self) -> float:
+        """m from its bottom to its top, as far as it was seen."""
+        return self.top - self.bottom

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orchard_cli.avoidance import Blind, Dfa, Ego, Guided, Zones
+from orchard_cli.avoidance import Astar, Blind, Dfa, Ego, Guided, Zones
 from orchard_cli.motion.situation import Avoid, Keep, Stop
 from orchard_cli.perception import DepthDetector, RgbdEyes
 
@@ -14,7 +14,7 @@ def zones():
     return Zones(RgbdEyes(DepthDetector()))
 
 
-SYSTEMS = [Guided, Ego, zones, Dfa, Blind]
+SYSTEMS = [Guided, Ego, zones, Astar, Dfa, Blind]
 ROUTE = straight_route(40.0)
 WORLDS = {
     "empty": [],
@@ -83,4 +83,4 @@ def test_a_stop_ends_at_rest(make):
 
 @pytest.mark.parametrize("make", SYSTEMS)
 def test_has_a_name_for_the_command_line(make):
-    assert make().name in ("guided", "ego", "zones", "dfa", "none")
+    assert make().name in ("guided", "ego", "zones", "dfa", "astar", "none")

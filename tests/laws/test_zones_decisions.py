@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from orchard_cli.avoidance.zones.path import Path
 
 from orchard_cli.avoidance.zones.decide import Act, Ahead, Zone, decide
-from orchard_cli.avoidance.zones.path import Path
 from orchard_cli.avoidance.zones.points import Way, avoidance_points, clear_offset
 from orchard_cli.avoidance.zones.settings import ZonesSettings
 from orchard_cli.avoidance.zones.tracks import follow

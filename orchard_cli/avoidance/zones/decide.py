@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from orchard_cli.model.obstacles import Category, Obstacle
+from orchard_cli.motion.path import Path
 
 from .points import Way
 from .settings import ZonesSettings
@@ -56,6 +57,12 @@ class Ahead:
     def over_head(self, above: float) -> float:
         """m between the obstacle's lower end and the passing area's upper side."""
         return self.obstacle.bottom - (self.path_height + above)
+
+
+def ahead_on(path: Path, obstacle: Obstacle) -> Ahead:
+    """An obstacle as a path meets it."""
+    along, aside = path.beside(obstacle.centre_site)
+    return Ahead(obstacle, along, aside, float(path.at(along)[2]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,10 @@ import numpy as np
 
 from orchard_cli.model.arrays import Points, Vector
 from orchard_cli.model.mission import Limits
+from orchard_cli.motion.course import smooth
+from orchard_cli.motion.path import Path
 
-from .course import smooth
 from .decide import Ahead
-from .path import Path
 from .points import AvoidancePoints, Way, avoidance_points, clear_offset
 from .settings import ZonesSettings
 

@@ -14,16 +14,16 @@ from orchard_cli.model.sensors import ColourFrame
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import Pose
 from orchard_cli.motion.braking import brake, brake_within
+from orchard_cli.motion.course import Course, course, rejoin_at
+from orchard_cli.motion.room import Walk, walk
 from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
 from orchard_cli.motion.stopwatch import Stopwatch
+from orchard_cli.motion.view import View
 
-from .course import Course, course, rejoin_at
-from .decide import Act, Decision, decide
+from .decide import Act, Decision, ahead_on, decide
 from .manoeuvre import points_past
-from .room import Walk, walk
 from .settings import ZonesSettings
 from .tracks import Track, follow
-from .view import View
 
 _STEADY = (1.5, 4.0)  # s after the commit time between which the speed tells whether it is slow
 _PAST = 4.0  # m of path beyond the warning distance that are looked at
@@ -75,7 +75,7 @@ class Zones:
 
     def _decide(self, view: View, sighting: Sighting) -> Decision:
         s, limits = self._settings, view.situation.limits
-        known = [view.ahead.ahead(t.obstacle) for t in self._tracks if t.looks >= s.confirmed]
+        known = [ahead_on(view.ahead, t.obstacle) for t in self._tracks if t.looks >= s.confirmed]
         return decide(known, self._glimpsed(view, sighting), limits.clearance, s)
 
     def _glimpsed(self, view: View, sighting: Sighting) -> Category | None:

@@ -9,11 +9,13 @@ import numpy as np
 from orchard_cli.model.arrays import Array, Points, Vector
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.trajectory import DEGREE, Trajectory
-from orchard_cli.motion.fit import rounded
-from orchard_cli.motion.pacing import pace
-from orchard_cli.motion.rejoin import path_lengths
-from orchard_cli.motion.splice import Head, knots_of, splice
-from orchard_cli.motion.timing import peaks
+
+from .bends import BendLaw, through_bends
+from .fit import rounded
+from .pacing import pace
+from .rejoin import path_lengths
+from .splice import Head, knots_of, splice
+from .timing import peaks
 
 WIDE = 3.0  # m of cut: corners are rounded as much as their legs allow
 SHORT = 0.05  # m: nearer points are one
@@ -38,18 +40,27 @@ def course(
     rejoin: int,
     cruise: float,
     limits: Limits,
+    cut: float | Array = WIDE,
+    slow_in_bends: bool = False,
 ) -> Course | str:
     """Fly the head, then a path with rounded corners (n, 3) m, then the reference from its knot
     `rejoin` on; or the reason why that is beyond the limits.
 
-    `first`: the reference's knot beside the head's last; `cruise`: share of its speed. The path
-    begins at the head's last control point and ends at the reference's `rejoin`.
+    `first`: the reference's knot beside the head's last; `cruise`: share of its speed; `cut` m, or
+    (n,) m: how near the corners are passed. The path begins at the head's last control point and
+    ends at the reference's `rejoin`; it is flown at the cruise speed, or with `slow_in_bends` as
+    slowly as each bend needs.
     """
     tail = reference.control_points_site[rejoin:]
     if len(tail) < DEGREE:
         return "the route ends before it can be joined again"
-    guide = smooth(np.vstack([head.control_points_site[-1], *corners_site, tail[0]]))
-    free = _paced(head, guide, reference, first, rejoin, cruise, limits)
+    guide = smooth(np.vstack([head.control_points_site[-1], *corners_site, tail[0]]), cut)
+    if slow_in_bends:
+        law = BendLaw.of(limits, cruise * limits.speed)
+        flat = through_bends(guide, head.interval, _speeds(head, tail), law)
+    else:
+        flat = _paced(head, guide, reference, first, rejoin, cruise, limits)
+    free = _raised(flat, guide)
     if abs(head.interval - reference.interval) > 1e-9:
         return "what is flown now is no part of the route"
     trajectory = splice(head, free, reference, rejoin)
@@ -71,14 +82,15 @@ def rejoin_at(reference: Trajectory, first: int, place: Vector, lead: float) -> 
     return min(first + max(behind, 1) + 1, len(reference.control_points_site) - DEGREE)
 
 
-def smooth(corners_site: Points) -> Points:
-    """A path (m, 3) m along corners (n, 3) m, each rounded as much as its legs allow."""
+def smooth(corners_site: Points, cut: float | Array = WIDE) -> Points:
+    """A path (m, 3) m along corners (n, 3) m, each rounded as much as its legs and `cut` allow."""
     apart = np.linalg.norm(np.diff(corners_site, axis=0), axis=1)
-    kept: Points = corners_site[np.concatenate([[True], apart > SHORT])]
+    far = np.concatenate([[True], apart > SHORT])
+    kept: Points = corners_site[far]
     if len(kept) < 3:
         return kept if len(kept) == 2 else np.asarray(corners_site[[0, -1]])
     try:
-        points: Points = rounded(kept, WIDE).points_site
+        points: Points = rounded(kept, np.broadcast_to(cut, len(far) - 2)[far[1:-1]]).points_site
     except ValueError:  # a turn straight back: no smooth path has it
         return kept
     return points
@@ -93,18 +105,28 @@ def _paced(
     cruise: float,
     limits: Limits,
 ) -> Points:
-    """Control points (f, 3) along the guide, without its ends."""
-    control, tail = head.control_points_site, reference.control_points_site[rejoin:]
+    """Places (n, 2) m along the guide, its ends included, one per interval."""
+    tail = reference.control_points_site[rejoin:]
     begin = min(first + DEGREE - 1, rejoin - 1)
     replaced = reference.control_points_site[begin : rejoin + 1]
-    speeds = (
-        float(np.linalg.norm(control[-1, :2] - control[-2, :2])) / head.interval,
-        float(np.linalg.norm(tail[1, :2] - tail[0, :2])) / head.interval,
-    )
-    flat = pace(
+    speeds = _speeds(head, tail)
+    return pace(
         guide, replaced, reference.interval, head.interval, speeds, cruise,
         PACING * limits.acceleration,
     )  # fmt: skip
+
+
+def _speeds(head: Head, tail: Points) -> tuple[float, float]:
+    """m/s at the end of the head, and at the beginning of the reference's tail."""
+    control = head.control_points_site
+    return (
+        float(np.linalg.norm(control[-1, :2] - control[-2, :2])) / head.interval,
+        float(np.linalg.norm(tail[1, :2] - tail[0, :2])) / head.interval,
+    )
+
+
+def _raised(flat: Points, guide: Points) -> Points:
+    """Control points (n - 2, 3) at places (n, 2) with the guide's heights, without the ends."""
     heights = np.interp(_along(flat, guide), path_lengths(guide), guide[:, 2])
     free: Points = np.column_stack([flat, heights])[1:-1]
     return free

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.trajectory import DEGREE, Trajectory
-from orchard_cli.motion.situation import Situation
-from orchard_cli.motion.splice import (
+
+from .path import Path
+from .situation import Situation
+from .splice import (
     Head,
     counterpart,
     head_at,
@@ -18,8 +20,6 @@ from orchard_cli.motion.splice import (
     nearest_knot,
     shared_tail,
 )
-
-from .path import Path
 
 Flags = NDArray[np.bool_]
 

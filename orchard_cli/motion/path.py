@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchard_cli.model.arrays import Array, Points, Vector
-from orchard_cli.model.obstacles import Obstacle
 from orchard_cli.model.trajectory import Trajectory
-
-from .decide import Ahead
 
 STEP = 0.1  # m of travel between samples at full speed
 
@@ -76,8 +73,3 @@ class Path:
         left = way[i, 0] * offset[i, 1] - way[i, 1] * offset[i, 0]
         along = float(self.lengths[i] + share[i] * np.sqrt(squared[i]))
         return along, float(np.copysign(apart[i], left))
-
-    def ahead(self, obstacle: Obstacle) -> Ahead:
-        """An obstacle as this path meets it."""
-        along, aside = self.beside(obstacle.centre_site)
-        return Ahead(obstacle, along, aside, float(self.at(along)[2]))

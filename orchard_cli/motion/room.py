@@ -38,14 +38,27 @@ def walk(
     """From time `begin` to `end`, keeping Limits.clearance, half a cell and `more` m to the sides,
     and `vertical` m above and below. A walk that begins too near may leave but not come nearer.
     """
-    last = min(end, trajectory.end)
-    if last <= begin:
+    places = samples(trajectory, begin, end)
+    if len(places) == 0:
         return Walk(None, math.inf)
-    times = np.append(np.arange(begin, last, STEP), last)
-    places = trajectory.sample(times)[0]
     stretch = limits.clearance / vertical
     apart, cell = _distances(grid, places, limits.clearance + more + MARGIN, stretch)
-    floor = limits.clearance + cell / 2 + more
+    return first_met(places, apart, limits.clearance + cell / 2 + more)
+
+
+def samples(trajectory: Trajectory, begin: float, end: float) -> Points:
+    """Places (n, 3) m along a trajectory from time `begin` to `end`; none when it is over."""
+    last = min(end, trajectory.end)
+    if last <= begin:
+        return np.empty((0, 3))
+    return trajectory.sample(np.append(np.arange(begin, last, STEP), last))[0]
+
+
+def first_met(places: Points, apart: Array, floor: float) -> Walk:
+    """The walk along places (n, 3) m, n > 0, that are `apart` (n,) m from the nearest obstacle.
+
+    Nearer than `floor` is too near; a walk that begins too near may leave but not come nearer.
+    """
     before = np.concatenate([[apart[0]], np.maximum.accumulate(apart)[:-1]])
     near = np.flatnonzero(apart < np.minimum(floor, before - SLACK))
     least = float(apart.min())
