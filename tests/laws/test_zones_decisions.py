@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from orchard_cli.avoidance.zones.path import Path
 
 from orchard_cli.avoidance.zones.decide import Act, Ahead, Zone, decide
 from orchard_cli.avoidance.zones.points import Way, avoidance_points, clear_offset
 from orchard_cli.avoidance.zones.settings import ZonesSettings
 from orchard_cli.avoidance.zones.tracks import follow
 from orchard_cli.model.obstacles import Category, Detection, Obstacle
+from orchard_cli.motion.path import Path
 
 S = ZonesSettings()
 HEIGHT, BELOW = 3.0, 0.85
