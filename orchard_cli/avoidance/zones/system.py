@@ -53,7 +53,8 @@ class Zones:
         self.needs = eyes.needs
         self._settings = settings or ZonesSettings()
         self._tracks: tuple[Track, ...] = ()
-        self._progress = 0
+        self._reference: Trajectory | None = None
+        self._progress = 0  # the reference's knot reached when last on it
         self._slowed: Trajectory | None = None  # offered last, to slow down
 
     def plan(self, situation: Situation) -> Verdict:
@@ -64,14 +65,15 @@ class Zones:
             sighting = self._eyes.look(situation.frame, pose, situation.sensed.colour)
             self._tracks = follow(self._tracks, sighting.obstacles, situation.now, s.forget)
         with watch.stage("check"):
+            if situation.reference is not self._reference:
+                self._reference, self._progress = situation.reference, 0
             view = View.of(situation, self._progress, s.warning + _PAST)
             self._progress = self._progress if view.stopped else view.first
             decision = self._decide(view, sighting)
             met = self._walk(view, situation.now)
         with watch.stage("replan"):
             verdict = self._act(view, decision, met.blocked_at)
-        alarm = f"zones: {decision.zone.value}, {decision.why}: hovering" if decision.alarm else ""
-        return replace(verdict, stages_ms=watch.stages_ms, alarm=alarm)
+        return replace(verdict, stages_ms=watch.stages_ms, alarm=_alarm(decision))
 
     def _decide(self, view: View, sighting: Sighting) -> Decision:
         s, limits = self._settings, view.situation.limits
@@ -233,6 +235,14 @@ class Zones:
         times = situation.commit + np.linspace(*_STEADY, 6)
         speeds = np.linalg.norm(situation.active.sample(times)[1], axis=1)
         return bool(speeds.max() <= 1.2 * self._settings.slow * situation.limits.speed)
+
+
+def _alarm(decision: Decision) -> str:
+    """Without the distance, which changes with every look."""
+    if not decision.alarm or decision.ahead is None:
+        return ""
+    what = decision.ahead.obstacle.category.value
+    return f"{what} ahead in the {decision.zone.value} zone: hovering"
 
 
 def _near(decision: Decision) -> float:
