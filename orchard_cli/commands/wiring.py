@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -173,18 +174,21 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
     from orchard_cli.vehicle import Deadman, connect
 
     position, yaw = _start(mission)
-    cycle = onboard(mission, choices, d455(*choices.camera)).cycle
-    simulator = SimulatorProcess.start(
-        world, mission.orchard.origin, position, yaw, _settings(choices)
-    )
+    maker(choices)  # an unknown system is told before anything is started
     with contextlib.ExitStack() as stack:
+        warming = stack.enter_context(ThreadPoolExecutor(1)).submit(
+            onboard, mission, choices, d455(*choices.camera)
+        )
+        simulator = SimulatorProcess.start(
+            world, mission.orchard.origin, position, yaw, _settings(choices)
+        )
         stack.callback(simulator.close)
         vehicle = connect(
             simulator.url, mission.orchard.origin, simulator.clock.now, mission.takeoff_ground
         )
         stack.callback(vehicle.close)
         vehicle.mend_failsafes(vehicle.unsafe_failsafes(mission.highest))
-        worker, errands = ThreadWorker(cycle), ThreadWorker(_run)
+        worker, errands = ThreadWorker(warming.result().cycle), ThreadWorker(_run)
         stack.callback(worker.close)
         stack.callback(errands.close)
         yield Equipment(
