@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from orchard_cli.avoidance import Astar, Blind, Dfa, Ego, Guided, Zones
@@ -29,6 +29,21 @@ SYSTEMS: dict[str, Callable[[], Avoidance]] = {
     "dfa-wide": Dfa.wide,
     "none": Blind,
 }
+
+
+BENCH_ONLY: Mapping[str, str] = {
+    "ego-published": "the airframe's centre passes obstacles at 0.1 m (docs/ego.md)",
+    "dfa": "it has touched obstacles in simulation (docs/dfa.md)",
+    "dfa-wide": "it has touched obstacles in simulation (docs/dfa.md)",
+}
+"""Systems for the simulator and the bench alone, and why no real vehicle flies them."""
+
+
+def demand_airworthy(system: str) -> None:
+    """Raises InputError for a system that no real vehicle may fly."""
+    if system in BENCH_ONLY:
+        what = f"{system} does not fly a real vehicle: {BENCH_ONLY[system]}"
+        raise InputError(Fault("--system", what, "fly guided, or leave --connect out"))
 
 
 def maker(choices: Choices) -> Callable[[], Avoidance]:

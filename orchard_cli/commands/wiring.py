@@ -32,7 +32,7 @@ from orchard_cli.simulator.rendered_camera import RenderedCamera
 
 from .loading import carried
 from .real_sensors import await_sensors, refuse_unknown
-from .systems import maker
+from .systems import demand_airworthy, maker
 
 if TYPE_CHECKING:
     from orchard_cli.vehicle import MavsdkVehicle
@@ -214,6 +214,8 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
 
     sighted = choices.rendered_camera or choices.system != "none"
     needs = maker(choices)().needs
+    if not choices.rendered_camera:
+        demand_airworthy(choices.system)
     refuse_unknown(choices.system, needs)
     clock = MonotonicClock()
     with contextlib.ExitStack() as stack:
