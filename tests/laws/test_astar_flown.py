@@ -6,7 +6,7 @@ import pytest
 from orchard_cli.avoidance import Astar, AstarSettings
 from orchard_cli.avoidance.astar.system import warning_distance
 from orchard_cli.model.mission import Limits
-from orchard_cli.motion.situation import Stop
+from orchard_cli.motion.situation import Avoid, Stop
 
 from ..pole_world import PoleMap, avoids, fly, situation, straight_route
 
@@ -47,3 +47,24 @@ def test_nothing_is_done_before_the_warning_distance():
     flight = fly(Astar(), ROUTE, PoleMap([(15.0, 0.0, 0.15)], known=True), longest=20.0)
     began = avoids(flight)[0].begin
     assert 15.0 - 0.15 - ROUTE.at(began).position_site[0] <= far
+
+
+def test_a_low_wall_is_leapt_in_three_dimensions():
+    """2D, as published, must stop before it; the 3D variant goes over and comes down again."""
+    wall = [(15.0, y, 0.15) for y in np.arange(-9, 9.1, 0.2)]
+
+    class Low(PoleMap):
+        def window(self, lower_site, upper_site):
+            full = super().window(lower_site, upper_site)
+            levels = full.origin_site[2] + full.cell * np.arange(full.occupied.shape[2])
+            return type(full)(full.origin_site, full.cell, full.occupied & (levels < 3.45))
+
+    asked = situation(12.7, 12.9, ROUTE, ROUTE, Low(wall, known=True))
+    assert not isinstance(Astar().plan(asked), Avoid)
+    verdict = Astar(AstarSettings(three_d=True)).plan(asked)
+    assert isinstance(verdict, Avoid)
+    places = verdict.trajectory.sample(np.arange(12.9, verdict.rejoin, 0.05))[0]
+    over = np.abs(places[:, 0] - 15.0) < 0.2
+    assert over.any()
+    assert places[over, 2].min() >= 3.5 + AstarSettings().vertical
+    assert abs(verdict.trajectory.at(verdict.rejoin + 1.0).position_site[2] - 3.5) < 0.05
