@@ -54,8 +54,13 @@ def test_passes_a_pole_without_touching_what_is_inflated(settings, least, offset
 
 
 def test_the_airframes_inflation_keeps_further_away_than_the_published_one():
-    poles = [(20.0, 0.1, 0.15)]
-    assert past(poles, FAIR).clearance(poles) > past(poles, THIN).clearance(poles) + 0.1
+    """EGO.md: a pole moved by millimetres moves one clearance by 0.1 m; compare ensembles."""
+
+    def mean(settings):
+        fields = [[(20.0, offset, 0.15)] for offset in (0.08, 0.09, 0.10, 0.11, 0.12)]
+        return np.mean([past(poles, settings).clearance(poles) for poles in fields])
+
+    assert mean(FAIR) > mean(THIN) + 0.1
 
 
 def test_what_the_curve_does_not_touch_costs_nothing():
