@@ -7,6 +7,7 @@ import numpy as np
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import FlightMode, Landed, Pose, VehicleState
+from orchard_cli.motion.braking import brake
 
 from .onboard import Onboard, OnboardJob
 
@@ -28,6 +29,7 @@ def warm_up(onboard: Onboard, camera: DepthCamera) -> None:
         poses = (Pose(now - 0.1, state.position_site, state.site_from_body), state.pose)
         frame = DepthFrame(now - 0.05, depth, camera)
         onboard.cycle(OnboardJob(now, now + 0.3, frame, poses, state, route, route))
+    brake(route, 2.0, 0.5)  # every flight may have to, whatever avoids for it
 
 
 def _hovering(now: float) -> VehicleState:

@@ -322,14 +322,14 @@ def test_held_on_the_way_home_it_goes_on_home_and_not_out_again(mission):
         mission,
         world_of(mission),
         requests=[(32.0, Request.RETURN)],
-        events=[(48.0, blind), (51.0, see)],
+        events=[(51.0, blind), (54.0, see)],
     )
     assert phases(ledger)[-4:] == ["hold", "return", "landing", "ended"]
     times = np.array([s.time for s in ideal.setpoints])
     travelled = np.concatenate(
         [[0.0], np.cumsum(np.linalg.norm(np.diff(path(ideal), axis=0), axis=1))]
     )
-    out, back, rest = np.diff(np.interp([0.0, 36.0, 51.0, 1e3], times, travelled))
+    out, back, rest = np.diff(np.interp([0.0, 36.0, 54.0, 1e3], times, travelled))
     assert back > 5.0
     assert rest <= out - back + 2.0
 

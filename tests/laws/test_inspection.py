@@ -107,9 +107,9 @@ def test_height_is_judged_on_both_sides(mission):
     ("limit", "factor", "rules"),
     [
         ("speed", 0.9, {"speed"}),
-        ("acceleration", 0.9, {"acceleration", "curvature at its speed"}),
+        ("acceleration", 0.5, {"acceleration", "curvature at its speed"}),
         ("acceleration_along", 0.9, {"acceleration along the path"}),
-        ("yaw_rate", 0.8, {"yaw rate", "curvature at its speed"}),
+        ("yaw_rate", 0.5, {"yaw rate", "curvature at its speed"}),
         ("endurance", 0.09, {"duration"}),
         ("reserve", 4.8, {"energy"}),
     ],
