@@ -5,36 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-
-@njit(cache=True, nogil=True)
-def _push(keys, cells, size, key, cell):
-    i = size
-    while i > 0:
-        parent = (i - 1) >> 1
-        if keys[parent] <= key:
-            break
-        keys[i], cells[i] = keys[parent], cells[parent]
-        i = parent
-    keys[i], cells[i] = key, cell
-    return size + 1
-
-
-@njit(cache=True, nogil=True)
-def _pop(keys, cells, size):
-    """Drop the root; returns the new size."""
-    size -= 1
-    key, cell = keys[size], cells[size]
-    i = 0
-    while 2 * i + 1 < size:
-        child = 2 * i + 1
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[i], cells[i] = keys[child], cells[child]
-        i = child
-    keys[i], cells[i] = key, cell
-    return size
+from orchard_cli.motion.search._kernels import _pop, _push
 
 
 @njit(cache=True, nogil=True, inline="always")
