@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from orchard_cli.errors import Fault, InputError
+from orchard_cli.model import output_file
 
 _WIDTH = 100
 
@@ -36,26 +36,11 @@ def save(text: str, path: Path, replace: bool = False) -> None:
     try:
         if os.path.lexists(path) and not (replace and path.is_file()):
             raise InputError(Fault(str(path), "is there already", "choose another name"))
-        _write(text, path)
+        output_file.replace(path, text)
     except OSError as error:
         raise InputError(
             Fault(str(path), f"cannot be written: {error.strerror}", "choose another place")
         ) from error
-
-
-def _write(text: str, path: Path) -> None:
-    with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
-    ) as file:
-        try:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-            os.chmod(file.name, 0o644)
-            os.replace(file.name, path)
-        except BaseException:
-            os.unlink(file.name)
-            raise
 
 
 def _is_table(value: Any) -> bool:
