@@ -90,9 +90,9 @@ def sort(placed: Sequence[Placed], faults: list[Fault]) -> Sorted:
     """Every feature in one list, or a fault for it."""
     found = Sorted()
     unsaid = []
-    for item in placed:
-        feature = item.feature
-        item = _closed_as_polygon(item, faults)  # noqa: PLW2901
+    for drawn in placed:
+        feature = drawn.feature
+        item = _closed_as_polygon(drawn, faults)
         if item.feature.shape is Shape.POLYGON and not _is_simple(item, faults):
             continue
         kind = _said(item.feature)

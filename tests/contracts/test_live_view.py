@@ -28,7 +28,7 @@ def view() -> Iterator[LiveView]:
 
 
 def watch(view: LiveView) -> ClientConnection:
-    return connect(view.address, subprotocols=["foxglove.sdk.v1"])  # type: ignore[list-item]
+    return connect(view.address, subprotocols=["foxglove.sdk.v1"])
 
 
 def advertised(client: ClientConnection) -> dict[str, int]:

@@ -55,7 +55,7 @@ def opened(bench: Bench, depth: np.ndarray, **more: object) -> RealSense:
 
     def feed() -> None:
         while not done.wait(0.02):
-            bench.push(depth, **more)  # type: ignore[arg-type]
+            bench.push(depth, **more)
 
     feeder = threading.Thread(target=feed)
     feeder.start()
