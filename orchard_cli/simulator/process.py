@@ -9,8 +9,6 @@ import time
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
-import numpy as np
-
 from orchard_cli.errors import LinkError
 from orchard_cli.model.depth import DepthCamera, DepthFrame, d455
 from orchard_cli.model.records import TruthRecord
@@ -20,7 +18,7 @@ from orchard_cli.model.world import World
 
 from .autopilot import TICK
 from .board import Board
-from .faults import OriginMove, SimulatedFault
+from .faults import LinkFault, SimulatedFault
 from .mavlink import Endpoint, UdpLink
 from .run import Run, mounted
 from .settings import SimulatorSettings
@@ -236,8 +234,8 @@ def _inject_all(pipe: Connection, run: Run, endpoint: Endpoint) -> bool:
     try:
         while pipe.poll():
             fault: SimulatedFault = pipe.recv()
-            if isinstance(fault, OriginMove):
-                endpoint.earth.move(np.array(fault.moved_site))
+            if isinstance(fault, LinkFault):
+                endpoint.inject(fault)
             else:
                 run.inject(fault)
     except (EOFError, OSError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,17 @@ from orchard_cli.model.sensors import (
 from orchard_cli.model.world import World
 
 from .autopilot import TICK, Autopilot
-from .faults import EstimateJump, OriginMove, SimulatedFault
+from .failing import FailingCamera
+from .faults import (
+    BatteryDrop,
+    CameraFault,
+    ClockStep,
+    EstimateJump,
+    GpsLoss,
+    OriginMove,
+    SimulatedFault,
+    WindChange,
+)
 from .scene import Scene
 from .sensors import RadarModel, RangeModel
 from .settings import SimulatorSettings
@@ -77,6 +88,8 @@ class Run:
         self._lasers = None if beams is None else RangeModel(self._scene, beams)
         self._colour = "colour" in settings.sensors and self.camera is not None
         self._frame_rate = settings.frame_rate
+        self._failing = FailingCamera()
+        self._fix_back = math.inf  # s, when a lost GPS fix comes back
         self._frames = self._sweeps = self._shots = self._pictures = 0
         self._ticks = 0
         self._contact = ""  # what was touched first; nothing is touched twice
@@ -88,16 +101,29 @@ class Run:
 
     def inject(self, fault: SimulatedFault) -> None:
         """Make something go wrong from the next tick on."""
+        craft = self.autopilot.craft
         match fault:
+            case CameraFault():
+                self._failing.inject(fault, self.time)
+            case GpsLoss():
+                self.autopilot.set_gps_fix(False)
+                self._fix_back = self.time + fault.seconds
+            case WindChange():
+                craft.set_wind(np.array(fault.velocity_site))
+            case BatteryDrop():
+                craft.battery.share = min(craft.battery.share, fault.share)
             case EstimateJump():
-                self.autopilot.craft.jump_estimate(np.array(fault.moved_site), fault.turned)
-            case OriginMove():
-                raise ValueError("there is no local origin without MAVLink")
+                craft.jump_estimate(np.array(fault.moved_site), fault.turned)
+            case OriginMove() | ClockStep():
+                raise ValueError("there are no origin and no stamps of its own without MAVLink")
 
     def step(self) -> Due:
         """Fly one tick; the truth, the frame and the scans that fell due in it."""
         self.autopilot.step()
         self._ticks += 1
+        if self.time >= self._fix_back:
+            self.autopilot.set_gps_fix(True)
+            self._fix_back = math.inf
         truth = None
         if self._ticks % TRUTH_EVERY == 0:
             self._touch()
@@ -127,14 +153,15 @@ class Run:
             self.time, body.position_site, body.velocity_site, body.site_from_body, self._contact
         )
 
-    def _frame(self) -> DepthFrame:
+    def _frame(self) -> DepthFrame | None:
         assert self.camera is not None
         self._frames += 1
         body = self.autopilot.craft.body
         depth = self._scene.render(
             self.camera, body.position_site, body.site_from_body, self.time, self._frames
         )
-        return DepthFrame(self.time, depth, self.camera)
+        spoilt = self._failing.spoil(depth, self._frames, self.time)
+        return None if spoilt is None else DepthFrame(self.time, spoilt, self.camera)
 
     def _sweep(self) -> RadarScan | None:
         if self._radar is None or not self._is_due(self._radar.radar.rate, self._sweeps):

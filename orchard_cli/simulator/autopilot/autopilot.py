@@ -197,6 +197,10 @@ class Autopilot:
             return self.inputs.setpoints_alive(self.time)
         if mode is Mode.POSCTL:
             return self.inputs.pilot_alive(self.time)
+        if mode is Mode.LAND:
+            return (
+                True  # PX4 asks for a local position alone, and without one descends all the same
+            )
         return self.global_position_ok and (mode is not Mode.MISSION or bool(self.mission))
 
     def _enter(self, mode: Mode) -> None:

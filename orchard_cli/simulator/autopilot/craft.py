@@ -74,6 +74,10 @@ class Craft:
         """Reset the estimate: it is off by so much more, m and rad of heading, from now on."""
         self._estimator.jump(moved_site, turned)
 
+    def set_wind(self, velocity_site: Vector) -> None:
+        """Change the mean wind, m/s, from now on."""
+        self._gusts.blow(velocity_site)
+
     def fly(self, demand: Demand, motors: Motors) -> None:
         """Fly one TICK, drain the battery, and look where that led."""
         if self._tuned != self._values.version:

@@ -20,6 +20,10 @@ class Gusts:
         self._rng = rng
         self._gust = wind.gust * rng.standard_normal(2)
 
+    def blow(self, velocity_site: Vector) -> None:
+        """Change the mean, m/s; the gusts go on."""
+        self._mean = np.array(velocity_site)
+
     def step(self) -> Vector:
         """(3,) m/s, towards where the air moves, for the next `dt`."""
         self._gust = self._keep * self._gust + self._kick * self._rng.standard_normal(2)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from pymavlink.dialects.v20 import development as mav
 
 from orchard_cli.model.site import SiteOrigin
 from orchard_cli.simulator.autopilot import Autopilot, Result, Sticks, Wanted
+from orchard_cli.simulator.faults import ClockStep, LinkFault, OriginMove
 
 from .commands import Commands
 from .earth import Earth, tell
@@ -35,6 +38,7 @@ class Endpoint:
         self._params = ParamProtocol(autopilot.parameters)
         self._missions = MissionProtocol(autopilot, self.earth)
         self._utc = utc
+        self._ahead = 0.0  # s, of the stamps before the true time since boot
         self._system = int(autopilot.parameters["MAV_SYS_ID"])
         self._component = int(autopilot.parameters["MAV_COMP_ID"])
         self._table: dict[str, Callable[[Any], list[Any]]] = {
@@ -48,7 +52,16 @@ class Endpoint:
 
     def _scope(self) -> Scope:
         a = self._autopilot
-        return Scope(a, self.earth, tell(self.earth, a.seen, a.home_site), self._utc)
+        seen = replace(a.seen, time=a.seen.time + self._ahead) if self._ahead else a.seen
+        return Scope(a, self.earth, tell(self.earth, seen, a.home_site), self._utc)
+
+    def inject(self, fault: LinkFault) -> None:
+        """Make something go wrong on the link from now on."""
+        match fault:
+            case OriginMove():
+                self.earth.move(np.array(fault.moved_site))
+            case ClockStep():
+                self._ahead += fault.seconds
 
     def tick(self) -> list[Any]:
         """Everything that is due now: streams and unfinished transfers."""
@@ -75,7 +88,9 @@ class Endpoint:
     def _timesync(self, m: Any) -> list[Any]:
         if m.tc1 != 0:
             return []
-        return [mav.MAVLink_timesync_message(round(self._autopilot.time * 1e9), m.ts1)]
+        return [
+            mav.MAVLink_timesync_message(round((self._autopilot.time + self._ahead) * 1e9), m.ts1)
+        ]
 
     def _ping(self, m: Any) -> list[Any]:
         if m.target_system != 0:  # an answer to ours
