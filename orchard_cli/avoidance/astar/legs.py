@@ -113,7 +113,7 @@ def _checked(
     if met.blocked_at is not None:
         return f"comes within {met.clearance:.2f} m of an obstacle"
     speed = how.cruise * limits.speed
-    if view.stopped and not view.looks_ahead(found.trajectory, view.head.begin, speed):
+    if view.stopped and not view.sight.looks_ahead(found.trajectory, view.head.begin, speed):
         return "the camera has not looked where it leads"
     return found
 

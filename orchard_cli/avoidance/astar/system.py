@@ -172,7 +172,7 @@ def _sees(view: View) -> bool:
     situation = view.situation
     active, commit = situation.active, situation.commit
     soon = active.at(min(commit + active.interval, active.end)).velocity_site
-    return view.looks_ahead(active, commit, float(np.linalg.norm(soon)))
+    return view.sight.looks_ahead(active, commit, float(np.linalg.norm(soon)))
 
 
 def _far(walk: Walk, floor: float) -> float:

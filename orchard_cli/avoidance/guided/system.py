@@ -48,7 +48,7 @@ class Guided:
         with watch.stage("check"):
             close = inspect(active, view.field, situation.now, until, view.floor + s.close)
             soon = active.at(min(situation.commit + active.interval, active.end)).velocity_site
-            if not view.looks_ahead(active, situation.commit, math.hypot(*soon)):
+            if not view.sight.looks_ahead(active, situation.commit, math.hypot(*soon)):
                 halt = brake(active, situation.commit, situation.limits.acceleration)
                 return Stop(
                     halt, "the camera has not looked where this leads", 0.0, watch.stages_ms
@@ -94,7 +94,9 @@ class Guided:
             found = self._try(view, attempt, place, watch)
             if isinstance(found, Detour):
                 cruise = view.situation.limits.speed * attempt.cruise
-                if not view.stopped or view.looks_ahead(found.trajectory, view.head.begin, cruise):
+                if not view.stopped or view.sight.looks_ahead(
+                    found.trajectory, view.head.begin, cruise
+                ):
                     return _avoid(view, found, close.blocked_at, place)
                 found = NoDetour("the camera has not looked where it leads")
             result = found
@@ -159,7 +161,7 @@ class Guided:
         left = inspect(active, view.field, situation.commit, until, view.floor)
         room = min(
             0.0 if left.blocked_at is None else left.blocked_at - s.stop_short,
-            view.looked(active, situation.commit, until),
+            view.sight.looked(active, situation.commit, until),
         )
         halt = brake_within(active, situation.commit, max(room, 0.0), s.gentle * most, most)
         if not halt.fits:

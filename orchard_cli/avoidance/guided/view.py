@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +9,8 @@ import numpy as np
 from orchard_cli.mapping import Band, DistanceField, distance_field
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.trajectory import DEGREE, Trajectory
-from orchard_cli.motion import _kernels
 from orchard_cli.motion.rejoin import path_lengths
+from orchard_cli.motion.sight import Sight
 from orchard_cli.motion.situation import Situation
 from orchard_cli.motion.splice import (
     Head,
@@ -25,7 +24,6 @@ from orchard_cli.motion.subdivision import refined
 
 from .settings import GuidedSettings
 
-_GAP = 0.5  # m not looked at between what was, that do not count
 _BACK = 20.0  # s of reference in which a vehicle that stands beside it is looked for
 
 
@@ -54,41 +52,10 @@ class View:
         """Whether the reference ends within the window."""
         return self.first + len(self.rejoins) == len(self.reference.control_points_site) - 2
 
-    def looked(self, trajectory: Trajectory, begin: float, end: float) -> float:
-        """Path length from `begin` to the first stretch not looked at yet, m; inf when all was.
-
-        Looked at is what the map has observed, and what lies in the camera's view now: rays that
-        end in the sky return nothing, and so clear nothing in the map. Gaps under _GAP do not
-        count.
-        """
-        first, last = (
-            (min(max(time, trajectory.start), trajectory.end) - trajectory.start)
-            / trajectory.interval
-            for time in (begin, end)
-        )
-        if last <= first:
-            return math.inf
-        vehicle, camera, band = self.situation.vehicle, self.situation.frame.camera, self.band
-        x, y = vehicle.position_site[:2]
-        yaw = vehicle.yaw_site
-        eye = np.array(
-            [x, y, math.cos(yaw), math.sin(yaw), camera.range_max, camera.width / (2 * camera.fx)]
-        )
-        return float(
-            _kernels.looked(
-                trajectory.control_points_site, trajectory.interval, first, last,
-                band.observed, band.origin_site, band.cell, eye, _GAP,
-            )
-        )  # fmt: skip
-
-    def looks_ahead(self, trajectory: Trajectory, begin: float, speed: float) -> bool:
-        """Whether the camera has looked at all that full braking from `speed` would cross.
-
-        Braking bites one interval after its knot; each frame asks again, up to the last before it.
-        """
-        limit = self.situation.limits.acceleration
-        needed = speed**2 / (2 * limit) + speed * trajectory.interval
-        return self.looked(trajectory, begin, begin + 2 * needed / max(speed, 0.1)) >= needed
+    @property
+    def sight(self) -> Sight:
+        """What the camera has looked at."""
+        return Sight(self.situation, self.band)
 
 
 class Eyes:

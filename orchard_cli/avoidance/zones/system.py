@@ -189,7 +189,7 @@ class Zones:
         )  # fmt: skip
         if met.blocked_at is not None:
             return f"comes within {met.clearance:.2f} m of what the map shows"
-        if view.stopped and not view.looks_ahead(
+        if view.stopped and not view.sight.looks_ahead(
             found.trajectory, view.head.begin, cruise * situation.limits.speed
         ):
             return "the camera has not looked where it leads"
@@ -226,7 +226,7 @@ class Zones:
         situation = view.situation
         active, commit = situation.active, situation.commit
         soon = active.at(min(commit + active.interval, active.end)).velocity_site
-        return view.looks_ahead(active, commit, float(np.linalg.norm(soon)))
+        return view.sight.looks_ahead(active, commit, float(np.linalg.norm(soon)))
 
     def _is_slow(self, view: View) -> bool:
         situation = view.situation
