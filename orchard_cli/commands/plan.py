@@ -65,6 +65,7 @@ def plan(
     turn: fly_as.Turn = None,
     headland: fly_as.Headland = None,
     turn_radius: fly_as.TurnRadius = None,
+    terrain: survey_input.TerrainFile = None,
     tree_height: survey_input.TreeHeight = None,
     tree_gap: survey_input.TreeGap = None,
     ground_height: survey_input.GroundHeight = None,
@@ -95,6 +96,8 @@ def plan(
     )  # fmt: skip
     surveyed = surveys.load(survey, options, keys)
     survey_input.confirm(surveyed, yes, quiet or as_json)
+    if terrain is not None:
+        surveyed = survey_input.on_terrain(surveyed, terrain)
     left, remarks = _left(surveyed, resume_at, resume_from or [], missed)
     todo = None if tasks is None else surveys.load_tasks(tasks)
     try:
@@ -105,7 +108,13 @@ def plan(
         ) from error
     files = _saved(missions, output or mission_path(survey), exports or [])
     found = surveyed.recognised.notes if surveyed.recognised else ()
-    _tell(_figures(missions, files, found), missions[0].name, remarks, as_json, quiet)
+    _tell(
+        _figures(missions, files, (*surveyed.remarks, *found)),
+        missions[0].name,
+        remarks,
+        as_json,
+        quiet,
+    )
 
 
 def _left(

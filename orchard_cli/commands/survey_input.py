@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 SurveyFile = Annotated[
     Path, typer.Argument(help="Survey: TOML, CSV, GeoJSON (.geojson, .json), KML or KMZ.")
 ]
+TerrainFile = Annotated[
+    Path | None, typer.Option("--terrain", help="GeoTIFF of the ground's height (DTM).")
+]
 TreeHeight = Annotated[
     float | None, typer.Option("--tree-height", help="m, of trees that tell none.")
 ]
@@ -43,6 +46,7 @@ Yes = Annotated[bool, typer.Option("--yes", help="Take the rows that were found;
 
 _LARGEST_SETTINGS = 100_000  # bytes
 _TREES_SHOWN = 100_000
+_ROOM = 5.0  # m beyond the turns for which the terrain has to tell the ground
 _WIDTH, _HEIGHT = 72, 14  # characters of the picture
 
 
@@ -66,6 +70,19 @@ def given_from(
     return Given(
         tree_height, tree_gap, ground_height, heading, flight_height, block, settings=tables
     )
+
+
+def on_terrain(survey: Survey, path: Path) -> Survey:
+    """The survey with the ground of a GeoTIFF wherever its flight may go."""
+    import numpy as np
+
+    from orchard_cli.mission.route import run_up
+    from orchard_cli.survey import on_terrain as put
+
+    wishes = survey.wishes
+    ends = [p for p in (wishes.takeoff_site, wishes.landing_site) if p is not None]
+    margin = run_up(wishes.limits) + wishes.headland + 2 * wishes.turn_radius + _ROOM
+    return put(survey, path, margin, np.array(ends).reshape(-1, 2))
 
 
 def confirm(survey: Survey, yes: bool, quiet: bool, ask: Callable[[], bool] | None = None) -> None:

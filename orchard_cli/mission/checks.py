@@ -36,6 +36,7 @@ def check(mission: Mission) -> tuple[Fault, ...]:
         *faults,
         *canopy_faults(mission.orchard, mission.limits, path),
         *area_faults(mission.orchard, mission.limits, path),
+        *_terrain_faults(mission.orchard, mission.limits, path),
         *_ground_faults(mission),
         *_limit_faults(mission),
         *_agreement_faults(mission, path),
@@ -144,6 +145,32 @@ def _ring_faults(orchard: Orchard) -> list[Fault]:
         Fault(name, "is no polygon, or its outline crosses itself", "order its corners")
         for name, ring in rings.items()
         if len(ring) < 3 or not shapely.Polygon(ring).is_valid
+    ]
+
+
+def _terrain_faults(orchard: Orchard, limits: Limits, path_site: Points) -> list[Fault]:
+    """Where a path comes nearer to the known ground than the clearance, or leaves it."""
+    terrain = orchard.terrain
+    if terrain is None:
+        return []
+    places = path_site[:, :2]
+    known = (places >= terrain.corner_site - NEAR) & (places <= terrain.far_corner_site + NEAR)
+    if not known.all():
+        x, y = places[int((~known.all(axis=1)).argmax())]
+        what = f"the flight leaves it near ({x:.1f}, {y:.1f})"
+        return [Fault("terrain", what, "plan it with a larger piece of the terrain")]
+    above = path_site[:, 2] - terrain.ground(places)
+    worst = int(above.argmin())
+    if above[worst] >= limits.clearance - 1e-6:
+        return []
+    x, y = places[worst]
+    lack = limits.clearance - above[worst]
+    return [
+        Fault(
+            "terrain",
+            f"the flight passes {above[worst]:.2f} m above the ground near ({x:.1f}, {y:.1f})",
+            f"fly at least {lack:.2f} m higher ({limits.clearance:g} m are kept)",
+        )
     ]
 
 

@@ -17,6 +17,7 @@ from orchard_cli.model.mission import (
     Tank,
 )
 from orchard_cli.model.site import HeightReference, KnownObstacle, Orchard, SiteOrigin, TreeRow
+from orchard_cli.model.terrain import Terrain
 from orchard_cli.model.trajectory import DEGREE, BSpline, Trajectory
 
 SCHEMA = "orchard-mission"
@@ -116,6 +117,20 @@ def _orchard_document(orchard: Orchard) -> dict[str, Any]:
         ],
         "fence_m": orchard.fence_site.tolist(),
         "keep_outs_m": [ring.tolist() for ring in orchard.keep_outs_site],
+        **_terrain_document(orchard.terrain),
+    }
+
+
+def _terrain_document(terrain: Terrain | None) -> dict[str, Any]:
+    """What an orchard without a terrain leaves out."""
+    if terrain is None:
+        return {}
+    return {
+        "terrain": {
+            "corner_m": terrain.corner_site.tolist(),
+            "step_m": terrain.step,
+            "ground_m": terrain.heights.tolist(),
+        }
     }
 
 
@@ -196,4 +211,9 @@ def _orchard(name: str, d: dict[str, Any]) -> Orchard:
         ),
         fence_site=np.array(d["fence_m"]).reshape(-1, 2),
         keep_outs_site=tuple(np.array(ring) for ring in d["keep_outs_m"]),
+        terrain=_terrain(d["terrain"]) if "terrain" in d else None,
     )
+
+
+def _terrain(d: dict[str, Any]) -> Terrain:
+    return Terrain(np.array(d["corner_m"]), float(d["step_m"]), np.array(d["ground_m"]))

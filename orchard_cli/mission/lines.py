@@ -12,6 +12,7 @@ import numpy as np
 
 from orchard_cli.model.arrays import Array, Points
 from orchard_cli.model.site import Orchard, TreeRow
+from orchard_cli.model.terrain import Terrain
 from orchard_cli.model.wishes import FlightWishes, FlyOver, Follow, HeightAbove
 from orchard_cli.motion.straightening import straightened
 
@@ -31,6 +32,14 @@ class Line:
 def spray_lines(orchard: Orchard, wishes: FlightWishes) -> list[Line]:
     """All lines of an orchard, across the rows."""
     return [_line(orchard, wishes, across) for across in _places_across(orchard, wishes)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Below:
+    """What a line is flown over: rows of trees, and the terrain where it is known."""
+
+    rows: list[TreeRow]
+    terrain: Terrain | None
 
 
 def _places_across(orchard: Orchard, wishes: FlightWishes) -> list[float]:
@@ -66,37 +75,65 @@ def _passes(wishes: FlightWishes, width: float) -> int:
 
 
 def _line(orchard: Orchard, wishes: FlightWishes, across: float) -> Line:
-    rows, count = orchard.rows, len(orchard.rows)
+    rows, count, terrain = orchard.rows, len(orchard.rows), orchard.terrain
     nearest = min(max(math.floor(across + 0.5 - _ON_ROW), 0), count - 1)
     if abs(across - nearest) < _ON_ROW:
-        return Line(nearest, _above([rows[nearest]], rows[nearest].trunks_site[[0, -1]], wishes))
+        below = _Below([rows[nearest]], terrain)
+        return Line(nearest, _above(below, rows[nearest].trunks_site[[0, -1]], wishes))
     if count == 1:
         a, b = rows[0].trunks_site[[0, -1]]
         left = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm(b - a)
         width = wishes.swath * (1 - (wishes.overlap or 0.0))
         ends = np.array([a, b]) + left * across * wishes.passes * width
-        return Line(0, _above([rows[0]], ends, wishes))
+        return Line(0, _above(_Below([rows[0]], terrain), ends, wishes))
     first = min(max(math.floor(across), 0), count - 2)
     share = across - first
     a, b = (rows[k].trunks_site[[0, -1]] for k in (first, first + 1))
     beside = [rows[k] for k in (first, first + 1)] if 0 < share < 1 else [rows[nearest]]
-    return Line(nearest, _above(beside, a + share * (b - a), wishes))
+    return Line(nearest, _above(_Below(beside, terrain), a + share * (b - a), wishes))
 
 
-def _above(rows: list[TreeRow], ends: Points, wishes: FlightWishes) -> Points:
-    """(k, 3) m: a line between two places (2, 2) that keeps the wished height over the rows."""
+def _above(below: _Below, ends: Points, wishes: FlightWishes) -> Points:
+    """(k, 3) m: a line between two places (2, 2), as high as wished over what is below."""
     way = ends[1] - ends[0]
     length = float(np.linalg.norm(way))
-    trunks = np.concatenate([row.trunks_site for row in rows])
+    trunks = np.concatenate([row.trunks_site for row in below.rows])
     canopy = wishes.height_above is HeightAbove.CANOPY
-    under = np.concatenate([row.canopy_tops_site if canopy else row.ground for row in rows])
+    under = np.concatenate([row.canopy_tops_site if canopy else row.ground for row in below.rows])
     along, tops = _merged((trunks - ends[0]) @ way / length, under)
     if wishes.follow is Follow.TERRAIN:
-        return _followed(ends, along, tops, wishes)
+        return _followed(
+            ends, *_highest(below.terrain, ends, along, _shoulders(tops, canopy)), wishes
+        )
+    along, tops = _highest(below.terrain, ends, along, tops)
     z = lowest_line_over(along, tops)
     slope = (z[1] - z[0]) / (along[-1] - along[0])
-    z = z[0] + slope * (np.array([0.0, length]) - along[0]) if len(rows) > 1 else z
+    z = z[0] + slope * (np.array([0.0, length]) - along[0])
     return np.column_stack([ends, z + wishes.height])
+
+
+def _highest(
+    terrain: Terrain | None, ends: Points, along: Array, tops: Array
+) -> tuple[Array, Array]:
+    """Places along a line with the higher of what stands beside it and of the ground below it."""
+    if terrain is None:
+        return along, tops
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    steps = np.linspace(0.0, length, math.ceil(2 * length / terrain.step) + 1)
+    at = np.unique(np.concatenate([along, steps]))
+    ground = terrain.ground(ends[0] + at[:, None] / length * (ends[1] - ends[0]))
+    return _merged(
+        np.concatenate([at, along]),
+        np.concatenate([np.maximum(ground, np.interp(at, along, tops)), tops]),
+    )
+
+
+def _shoulders(tops: Array, canopy: bool) -> Array:
+    """Over a tree as high as over its neighbours."""
+    if not canopy:
+        return tops
+    padded = np.concatenate([tops[:1], tops, tops[-1:]])
+    return np.asarray(np.maximum(np.maximum(padded[:-2], tops), padded[2:]))
 
 
 def _merged(along: Array, tops: Array) -> tuple[Array, Array]:
@@ -109,10 +146,7 @@ def _merged(along: Array, tops: Array) -> tuple[Array, Array]:
 
 
 def _followed(ends: Points, along: Array, tops: Array, wishes: FlightWishes) -> Points:
-    """Up and down with the ground or the canopies, over a tree as high as over its neighbours."""
-    if wishes.height_above is HeightAbove.CANOPY:
-        padded = np.concatenate([tops[:1], tops, tops[-1:]])
-        tops = np.maximum(np.maximum(padded[:-2], tops), padded[2:])
+    """Up and down with the ground or the canopies."""
     length = float(np.linalg.norm(ends[1] - ends[0]))
     inner = (along > _SAME) & (along < length - _SAME)
     at = np.concatenate([[0.0], along[inner], [length]])

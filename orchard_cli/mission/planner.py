@@ -41,7 +41,9 @@ def plan(orchard: Orchard, wishes: FlightWishes, provenance: Provenance) -> Miss
         raise InputError(
             Fault("flight.fly_over", "there is nothing to fly over", 'fly over "rows", or add one')
         )
-    if faults := transit.end_faults(wishes, routes.route(flown, wishes).waypoints_site):
+    if faults := transit.end_faults(
+        wishes, routes.route(flown, wishes, orchard.terrain).waypoints_site
+    ):
         raise InputError(faults)
     return plan_passes(orchard, wishes, provenance, flown)
 
@@ -51,7 +53,7 @@ def plan_passes(
 ) -> Mission:
     """As `plan`, over some of the orchard's spray lines."""
     limits = wishes.limits
-    route = routes.route(flown, wishes)
+    route = routes.route(flown, wishes, orchard.terrain)
     waypoints = np.round(route.waypoints_site, _MICRONS)
     length = routes.length(waypoints)
     _refuse_hopeless(orchard, wishes, waypoints, length)

@@ -10,7 +10,15 @@ import numpy as np
 from orchard_cli.model.arrays import Points, Vector
 from orchard_cli.model.mission import Leg, Limits
 from orchard_cli.model.site import Orchard
-from orchard_cli.model.wishes import Direction, FlightWishes, Pattern, StartRow, StartSide
+from orchard_cli.model.terrain import Terrain
+from orchard_cli.model.wishes import (
+    Direction,
+    FlightWishes,
+    HeightAbove,
+    Pattern,
+    StartRow,
+    StartSide,
+)
 
 from .lines import Line, spray_lines
 from .turns import turn, way_back
@@ -21,6 +29,7 @@ HEADLAND = 4.0
 EASE_IN = 1.0  # s at full speed: what the easing of the acceleration adds to the run-up
 _SAME = 1e-6  # m
 _BESIDE = 0.1  # m: less is the same line
+_SPARE = 0.3  # m above the clearance where a turn would be lower
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,8 +82,8 @@ def _flown(line: Line, forwards: bool) -> Pass:
     return Pass(line.row, line.points_site if forwards else line.points_site[::-1])
 
 
-def route(flown: list[Pass], wishes: FlightWishes) -> Route:
-    """One pass after another, with the turns between them."""
+def route(flown: list[Pass], wishes: FlightWishes, terrain: Terrain | None = None) -> Route:
+    """One pass after another, with the turns between them, above the terrain where it is known."""
     points = [flown[0].points_site]
     stretches = [Stretch(Leg.ROW, flown[0].row, len(flown[0].points_site) - 1)]
     reached = len(flown[0].points_site) - 1
@@ -85,6 +94,7 @@ def route(flown: list[Pass], wishes: FlightWishes) -> Route:
             between = np.empty((0, 3))
         else:
             between = (way_back if same_way else turn)(last, first, wishes)
+            between = _above(terrain, between, wishes)
         between = _distinct(last[1], between, first[0])
         reached += len(between) + 1
         stretches.append(Stretch(Leg.TRANSIT if same_way else Leg.HEADLAND, None, reached))
@@ -92,6 +102,16 @@ def route(flown: list[Pass], wishes: FlightWishes) -> Route:
         stretches.append(Stretch(Leg.ROW, after.row, reached))
         points += [between, after.points_site]
     return Route(np.concatenate(points), tuple(stretches))
+
+
+def _above(terrain: Terrain | None, points: Points, wishes: FlightWishes) -> Points:
+    """A turn's waypoints (m, 3), none lower over the ground than lines are, or than is kept."""
+    if terrain is None:
+        return points
+    over_ground = wishes.height_above is HeightAbove.GROUND
+    least = wishes.height if over_ground else wishes.limits.clearance + _SPARE
+    z = np.maximum(points[:, 2], terrain.ground(points[:, :2]) + least)
+    return np.column_stack([points[:, :2], z])
 
 
 def _in_line(last: Points, first: Points) -> bool:

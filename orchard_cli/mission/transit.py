@@ -78,6 +78,10 @@ def _clear_height(a: Vector, b: Vector, orchard: Orchard, limits: Limits) -> flo
         beside = line.distance(shapely.Point(obstacle.position_site)) - obstacle.radius
         if beside < limits.clearance:
             highest = max(highest, obstacle.top)
+    if orchard.terrain is not None:
+        steps = np.linspace(0.0, 1.0, math.ceil(2 * line.length / orchard.terrain.step) + 2)
+        under = orchard.terrain.ground(a + steps[:, None] * (b - a))
+        highest = max(highest, float(under.max()))
     return highest + limits.clearance + _SPARE
 
 

@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 
 from .arrays import Array, Points, Vector, frozen
+from .terrain import Terrain
 
 
 class HeightReference(Enum):
@@ -74,6 +75,7 @@ class Orchard:
     obstacles: tuple[KnownObstacle, ...] = ()
     fence_site: Points = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) m; empty: none
     keep_outs_site: tuple[Points, ...] = ()  # each (n, 2) m
+    terrain: Terrain | None = None  # None: the ground is known at the trunks alone
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "fence_site", frozen(self.fence_site, (None, 2), "fence"))
@@ -81,7 +83,10 @@ class Orchard:
         object.__setattr__(self, "keep_outs_site", keep_outs)
 
     def ground_near(self, place_site: Vector) -> float:
-        """Height of the ground near (2,) m, above the origin's: that at the nearest trunk."""
+        """Height of the ground at (2,) m, above the origin's: the terrain's, or, where that is
+        not known, that at the nearest trunk."""
+        if self.terrain is not None:
+            return float(self.terrain.ground(np.asarray(place_site)[None])[0])
         trunks = np.concatenate([row.trunks_site for row in self.rows])
         ground = np.concatenate([row.ground for row in self.rows])
         return float(ground[np.hypot(*(trunks - place_site[:2]).T).argmin()])

@@ -9,6 +9,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.model.input_text import decoded, parse_toml, read_bounded
 from orchard_cli.model.site import Orchard, SiteOrigin
@@ -46,6 +48,7 @@ class Survey:
     wishes: FlightWishes
     tables: Mapping[str, Any]  # the same as survey TOML says it
     recognised: Recognised | None = None  # when it was drawn
+    remarks: tuple[str, ...] = ()  # what the crew should know of the terrain
 
 
 def form_of(path: Path) -> Form:
@@ -104,7 +107,7 @@ def parse(
         rows=tree_rows(taped, laid),
         obstacles=tuple(obstacles),
         keep_outs_site=tuple(keep_outs),
-        **({"fence_site": fence[0]} if fence else {}),
+        fence_site=fence[0] if fence else np.empty((0, 2)),
     )
     if "row" not in said:
         said = {**said, "row": sheet.tables_of(taped)}

@@ -48,12 +48,11 @@ def side_view(mission: Mission, colour: str) -> Sketch:
 def _below(mission: Mission, path: Points) -> tuple[Array, Array]:
     """Ground (n,) and the top of what grows (n,) below a path (n, 3), m."""
     trunks = np.concatenate([row.trunks_site for row in mission.orchard.rows])
-    ground = np.concatenate([row.ground for row in mission.orchard.rows])
     tops = np.concatenate([row.canopy_tops_site for row in mission.orchard.rows])
     soil, grown = np.empty(len(path)), np.empty(len(path))
     for k, place in enumerate(path[:, :2]):
         apart = np.hypot(*(trunks - place).T)
-        soil[k] = ground[apart.argmin()]
+        soil[k] = mission.orchard.ground_near(place)
         grown[k] = max(soil[k], tops[apart <= _REACH].max(initial=-np.inf))
     return soil, grown
 
