@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from orchard_cli.errors import Fault, InputError, LinkError
+from orchard_cli.errors import Fault, InputError
 
 from .analyze_logs import Faults, Ways, measured
+from .pool import spread
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 SUFFIXES = (".mcap", ".ulg")
-DASK_PATIENCE = 10  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,48 +72,8 @@ def measure_all(
 ) -> list[Entry]:
     """Every log's entry, in the order asked for, whoever measured it; a bar on stderr meanwhile."""
     tasks = [Task(n, path.absolute(), name, ways) for n, (path, name) in enumerate(logs)]
-    if dask is not None:
-        done = _on_dask(tasks, dask)
-    elif workers > 1:
-        done = _in_processes(tasks, workers)
-    else:
-        done = map(measure_one, tasks)
-    found = list(_counted(done, len(tasks)))
+    found = spread(measure_one, tasks, workers, dask, "measuring")
     return sorted(found, key=lambda one: one.number)
-
-
-def _in_processes(tasks: Sequence[Task], workers: int) -> Iterator[Entry]:
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
-
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(measure_one, task) for task in tasks]):
-            yield future.result()
-
-
-def _on_dask(tasks: Sequence[Task], address: str) -> Iterator[Entry]:
-    """The cluster's workers need this package and the same files under the same paths."""
-    try:
-        from distributed import Client, as_completed
-    except ImportError:
-        mend = "install it: pip install 'orchard-cli[dask]'"
-        raise InputError(Fault("--dask", "needs distributed", mend)) from None
-    try:
-        client = Client(address, timeout=DASK_PATIENCE)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise LinkError(f"--dask: no scheduler answers at {address} ({error})") from None
-    with client:
-        futures = client.map(measure_one, tasks, pure=False)
-        for future in as_completed(futures):
-            yield future.result()
-
-
-def _counted(entries: Iterator[Entry], total: int) -> Iterator[Entry]:
-    from rich.console import Console
-    from rich.progress import track
-
-    console = Console(stderr=True)
-    yield from track(entries, "measuring", total, console=console, transient=True)
 
 
 def lines(entries: Sequence[Entry]) -> str:

@@ -13,6 +13,7 @@ from orchard_cli.errors import Fault, InputError, OrchardError
 
 from .analyze import analyze
 from .bench import bench
+from .campaign import campaign_app
 from .check import check
 from .demo import demo
 from .doctor import doctor
@@ -44,6 +45,7 @@ app.command()(doctor)
 app.add_typer(survey_app, name="survey")
 app.command()(reproduce)
 app.add_typer(identify_app, name="identify")
+app.add_typer(campaign_app, name="campaign")
 
 
 def _version(wanted: bool) -> None:

@@ -187,6 +187,7 @@ def fly_mission(
     from orchard_cli.flightlog import McapRecorder, Tee
 
     from . import wiring
+    from .conduct import run_header
     from .live_option import live_view
     from .loading import loaded
 
@@ -203,7 +204,7 @@ def fly_mission(
     records = Tee(recorder, *watched)
     try:
         with rig as equipment:
-            records.write(_header(mission, choices, equipment, world_file, connect is None))
+            records.write(run_header(mission, choices, equipment, world_file, connect is None))
             began = equipment.clock.now()
             ending = _run(mission, equipment, records, quiet, choices)
             flown = equipment.clock.now() - began
@@ -224,10 +225,7 @@ def fly_mission(
 def _run(
     mission: Mission, equipment: Equipment, recorder: Any, quiet: bool, choices: Choices
 ) -> Ending:
-    from orchard_cli.flight.gear import Gear
-    from orchard_cli.flight.reporter import Reporter
-    from orchard_cli.flight.runner import Flight
-
+    from .conduct import conduct
     from .operator import Operator
     from .screen import LiveScreen, QuietScreen
 
@@ -235,51 +233,4 @@ def _run(
     title = f"{mission.name} · {choices.system} · {equipment.name}"
     screen = QuietScreen() if quiet else LiveScreen(title, operator.attended)
     with operator.listening(), screen:
-        reporter = Reporter(mission, recorder, screen, equipment.clock.now())
-        gear = Gear(
-            vehicle=equipment.vehicle,
-            camera=equipment.camera,
-            worker=equipment.worker,
-            errands=equipment.errands,
-            clock=equipment.clock,
-            recorder=recorder,
-            reporter=reporter,
-            operator=operator,
-            guard=equipment.guard,
-            truth=equipment.truth,
-            sensors=equipment.sensors,
-            load=equipment.load,
-        )
-        return Flight(mission, gear, equipment.tolerances).run()
-
-
-def _header(
-    mission: Mission, choices: Choices, equipment: Equipment, world_file: bytes, simulated: bool
-) -> Any:
-    """What the log begins with. UTC is read here, once; the flight itself reads its own clock."""
-    import time
-    import uuid
-    from dataclasses import asdict
-
-    from orchard_cli import __version__
-    from orchard_cli import mission as missions
-    from orchard_cli.model.records import RunHeader
-
-    attachments = {
-        "mission.json": missions.dumps(mission).encode(),
-        "configuration.json": json_module.dumps(asdict(choices)).encode(),
-    }
-    if world_file:
-        attachments["world.toml"] = world_file
-    return RunHeader(
-        run_id=uuid.uuid4().hex,
-        system=choices.system,
-        tool_version=__version__,
-        vehicle=equipment.name,
-        site=mission.orchard.name,
-        simulated=simulated,
-        seed=choices.seed if simulated else None,
-        utc_offset=time.time() - equipment.clock.now(),
-        mission=mission,
-        attachments=attachments,
-    )
+        return conduct(mission, equipment, recorder, operator, screen)

@@ -143,3 +143,17 @@ def person_capsule(person: Person, time: float) -> Array:
     x, y = walker_at(person, np.array([time]))[0]
     top = max(person.height - person.radius, person.radius)
     return np.array([[x, y, person.radius, x, y, top, person.radius]])
+
+
+def ground_plane(world: World) -> Array:
+    """(a, b, c) of the ground z = a x + b y + c: level at 0 unless the trees stand higher or lower.
+
+    A plane by least squares through the feet of the trees; what stands off it hangs or is buried
+    by the difference.
+    """
+    feet = np.array([(tree.x, tree.y, tree.ground) for tree in world.trees]).reshape(-1, 3)
+    if not feet[:, 2].any():
+        return np.zeros(3)
+    places = np.column_stack([feet[:, :2], np.ones(len(feet))])
+    plane: Array = np.linalg.lstsq(places, feet[:, 2], rcond=None)[0]
+    return plane

@@ -12,12 +12,13 @@ from orchard_cli.geometry.clearance import Clearance, capsule_distances, clearan
 from orchard_cli.geometry.shapes import (
     Solids,
     Thing,
+    ground_plane,
     obstacle_solids,
     person_capsule,
     solids_of,
     tree_solids,
 )
-from orchard_cli.model.arrays import Array, Vector
+from orchard_cli.model.arrays import Vector
 from orchard_cli.model.depth import DepthCamera
 from orchard_cli.model.world import World
 
@@ -128,17 +129,3 @@ def _by_kind(world: World) -> tuple[Solids, ...]:
     poles, wires, boxes = (Solids.joined(map(solids_of, kind)) for kind in kinds)
     timber = Solids(cylinders=np.concatenate([trees.cylinders, poles.cylinders]))
     return Solids(spheroids=trees.spheroids), timber, wires, boxes
-
-
-def ground_plane(world: World) -> Array:
-    """(a, b, c) of the ground z = a x + b y + c: level at 0 unless the trees stand higher or lower.
-
-    A plane by least squares through the feet of the trees; what stands off it hangs or is buried
-    by the difference.
-    """
-    feet = np.array([(tree.x, tree.y, tree.ground) for tree in world.trees]).reshape(-1, 3)
-    if not feet[:, 2].any():
-        return np.zeros(3)
-    places = np.column_stack([feet[:, :2], np.ones(len(feet))])
-    plane: Array = np.linalg.lstsq(places, feet[:, 2], rcond=None)[0]
-    return plane

@@ -1,0 +1,1 @@
+"""What `orchard campaign` does."""
