@@ -5,6 +5,8 @@ Fits flight/ports.py Clock, Vehicle and Camera on one simulated time; faults can
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from orchard_cli.geometry.rotations import from_yaw_pitch_roll
@@ -44,6 +46,7 @@ class IdealWorld:
         self.history: list[Pose] = []
         self.offset = np.zeros(3)  # m, by which what it tells and takes is off
         self.velocities = {}  # by time of the pose
+        self.stray = 0.0  # m, how far it swings beside where it is sent
         self.deaf = False
         self.blind = False
         self.refuse: dict[Command, str] = {}
@@ -73,6 +76,8 @@ class IdealWorld:
             s = self.setpoint
             self.position, self.velocity = s.position_site - self.offset, s.velocity_site
             self.yaw = s.yaw_site
+            side = np.array([-math.sin(self.yaw), math.cos(self.yaw), 0.0])
+            self.position = self.position + self.stray * math.sin(0.7 * self.time) * side
         if self.climb_to is not None:
             self.velocity = np.array([0.0, 0.0, CLIMB])
             self.position = self.position + self.velocity * dt

@@ -22,6 +22,7 @@ from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
 
 from .boundary import bounded
 from .ports import Avoidance
+from .tracking import widened
 
 MAP_PERIOD = 1.0  # s between two records of the occupied cells
 MAP_RADIUS = 7.0  # m around the vehicle
@@ -40,6 +41,7 @@ class OnboardJob:
     reference: Trajectory | None
     sensed: Sensed = field(default_factory=Sensed)
     load: Load | None = None  # of the tank; None: no tank
+    widening: float = 0.0  # m on top of the clearance, for an autopilot that strays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,6 +89,7 @@ class Onboard:
         if job.active is None or job.reference is None:
             return Keep("nothing to check yet")
         limits = self._limits if job.load is None else job.load.limits(self._limits)
+        limits = widened(limits, job.widening)
         verdict = self._avoidance.plan(
             Situation(
                 now=job.now,

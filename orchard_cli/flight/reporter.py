@@ -29,6 +29,8 @@ class Reporter:
     def __init__(self, mission: Mission, recorder: Recorder, display: Display, now: float) -> None:
         self._route = np.asarray(mission.waypoints_site)[:, :2]
         self._ground = mission.takeoff_ground
+        self._clearance = mission.limits.clearance
+        self._widest = 0.0  # m on top of it so far
         self._recorder = recorder
         self._display = display
         self._began = now
@@ -74,8 +76,12 @@ class Reporter:
         if due or safety != self._safety:
             self._safety = safety
             self._recorder.write(
-                SafetyRecord(now, stage.phase.value, decision.steer.value, stage.why, hazards)
-            )
+                SafetyRecord(
+                    now, stage.phase.value, decision.steer.value, stage.why, hazards,
+                    seen.tracking.error,
+                )
+            )  # fmt: skip
+        self._stray(seen, now)
         level = None if gauge.load is None else gauge.load.level
         if spraying is not None and (due or spraying != self._spray):
             self._spray = spraying
@@ -88,6 +94,22 @@ class Reporter:
         if now - self._shown >= SHOW_PERIOD:
             self._shown = now
             self._display.show(self._status(decision, seen, span, now))
+
+    def _stray(self, seen: Seen, now: float) -> None:
+        """Say so whenever the autopilot needs more room than before."""
+        if seen.tracking.widening > self._widest + 1e-9:
+            self._widest = seen.tracking.widening
+            self.say(now, Severity.WARNING, self._room(seen))
+
+    def _room(self, seen: Seen) -> str:
+        """What the autopilot's errors mean for the clearance; empty while they mean nothing."""
+        if not seen.tracking.widening:
+            return ""
+        keeps = self._clearance + seen.tracking.widening
+        return (
+            f"the autopilot strays {seen.tracking.error:.1f} m beside what it is told to fly: "
+            f"new ways round keep {keeps:.2f} m"
+        )
 
     def _status(
         self, decision: Decision, seen: Seen, span: tuple[float, float], now: float
@@ -111,7 +133,7 @@ class Reporter:
             decision=f"{record.decision}: {record.why}" if record else "",
             avoidances=self._avoidances,
             spraying=self._spray.on if self._spray else False,
-            hazards=tuple(hazard.value for hazard in decision.hazards),
+            hazards=tuple(filter(None, (*(h.value for h in decision.hazards), self._room(seen)))),
         )
 
 

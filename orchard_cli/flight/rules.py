@@ -19,6 +19,7 @@ HOLD_LIMIT = 30.0  # s to wait for a cause to go away before returning
 CHOICE_LIMIT = 120.0  # s to wait for the operator's choice before returning
 LANDING_LIMIT = 120.0
 AWAKE = 0.3  # s: nothing older counts as fresh when deciding to go on
+CALMED = 0.8  # of the tracking tolerance, at which it counts as kept again
 CALM = 2.0  # s of holding at least
 MOST_HOLDS = 20  # in one flight: more often than that it does not set out again
 
@@ -116,6 +117,7 @@ _PASSING = {
     Hazard.FRAME_LATE,
     Hazard.PLANNER_LATE,
     Hazard.OFF_TRACK,
+    Hazard.TRACKING,
     Hazard.LINK_SILENT,
     Hazard.JUMPED,
     Hazard.EDGE_NEAR,
@@ -133,7 +135,8 @@ def _awake(seen: Seen, tolerances: Tolerances) -> bool:
         (seen.silence, tolerances.silence),
     )
     fresh = all(age < AWAKE or math.isinf(limit) for age, limit in ages)
-    return fresh and seen.off_track < 0.5 and seen.since_jump > CALM and seen.margins.ahead >= 0
+    follows = seen.off_track < 0.5 and seen.tracking.error < CALMED * tolerances.tracking
+    return fresh and follows and seen.since_jump > CALM and seen.margins.ahead >= 0
 
 
 def _give_up(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage:

@@ -13,6 +13,7 @@ from enum import Enum
 from orchard_cli.model.vehicle import FlightMode, VehicleState
 
 from .boundary import NO_EDGE, Margins
+from .tracking import STEADY, Tracking
 
 
 class Phase(Enum):
@@ -47,6 +48,7 @@ class Hazard(Enum):
     EDGE_NEAR = "braking would end outside the fence or in a keep-out"
     JUMPED = "the position estimate jumped"
     OFF_TRACK = "the vehicle is not where it was sent"
+    TRACKING = "tracking: the autopilot strays too far beside what it is told to fly"
     FRAME_LATE = "no fresh depth frame"
     PLANNER_LATE = "the planner is late"
     BLOCKED = "no way round the obstacle"
@@ -75,6 +77,7 @@ _ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
     Hazard.EDGE_NEAR:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  STAY,  STAY,  STAY, STAY),
     Hazard.JUMPED:           (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.OFF_TRACK:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    Hazard.TRACKING:         (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  STAY,  STAY,  STAY, STAY),
     Hazard.FRAME_LATE:       (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.PLANNER_LATE:     (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
     Hazard.BLOCKED:          (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
@@ -103,6 +106,7 @@ class Tolerances:
     frame_age: float = 0.5  # s since the newest depth frame was taken
     planner_age: float = 0.5  # s since the last onboard cycle ended
     off_track: float = 1.5  # m between the vehicle and its setpoint
+    tracking: float = 1.0  # m beside what it is told to fly, lately: see tracking.py
     sunk: float = 1.5  # m under its setpoint: it falls
     falling: float = 0.3  # s of falling, or of lying on the ground, before it counts
     jumped: float = 1.0  # s for which a jump of the position estimate counts
@@ -135,6 +139,7 @@ class Seen:
     since_jump: float = math.inf  # s since the position estimate jumped
     strayed: float = 0.0  # m by which it has jumped since arming, in all
     request: Request | None = None
+    tracking: Tracking = STEADY  # how far it strays beside what it is told to fly
     refused: str | None = None  # what the autopilot said when it last refused
 
 
@@ -193,6 +198,7 @@ def hazards(
         (seen.since_jump < tolerances.jumped, Hazard.JUMPED),
         (seen.strayed > tolerances.strayed, Hazard.STRAYED),
         (seen.off_track > tolerances.off_track, Hazard.OFF_TRACK),
+        (seen.tracking.error > tolerances.tracking, Hazard.TRACKING),
         (seen.frame_age > tolerances.frame_age, Hazard.FRAME_LATE),
         (seen.planner_age > tolerances.planner_age, Hazard.PLANNER_LATE),
         (seen.blocked, Hazard.BLOCKED),

@@ -53,6 +53,7 @@ def _safety(record: SafetyRecord) -> messages.Safety:
         action=record.action,
         why=record.why,
         faults=list(record.faults),
+        tracking_m=msgspec.UNSET if record.tracking is None else record.tracking,
     )
 
 

@@ -80,6 +80,7 @@ class Safety(Struct, frozen=True, kw_only=True):
     action: str
     why: str
     faults: list[str]
+    tracking_m: float | UnsetType = UNSET
 
 
 class Spray(Struct, frozen=True, kw_only=True):

@@ -133,7 +133,8 @@ def planner(one: messages.Planner) -> PlannerRecord:
 
 def safety(one: messages.Safety) -> SafetyRecord:
     """A state of the flight."""
-    return SafetyRecord(one.time, one.phase, one.action, one.why, tuple(one.faults))
+    tracking = None if isinstance(one.tracking_m, UnsetType) else one.tracking_m
+    return SafetyRecord(one.time, one.phase, one.action, one.why, tuple(one.faults), tracking)
 
 
 def spray(one: messages.Spray) -> SprayRecord:

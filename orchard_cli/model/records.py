@@ -58,6 +58,7 @@ class SafetyRecord:
     action: str
     why: str
     faults: tuple[str, ...] = ()
+    tracking: float | None = None  # m that the autopilot has lately strayed; None: not known
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,156 @@
+"""Gathers what is seen, from telemetry, frames and the helm, to one `Seen` for the decision."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from orchard_cli.model.arrays import Vector
+from orchard_cli.model.mission import Mission
+from orchard_cli.model.vehicle import FlightMode, Landed, Setpoint, VehicleState
+
+from .anchored import Anchored
+from .boundary import NO_EDGE, Margins, area_of, margins
+from .helm import Helm
+from .lookout import Lookout
+from .preflight import not_ready
+from .safety import Phase, Request, Seen, Tolerances
+from .stage import Stage
+from .tracking import Follower
+
+CLIMBED = 1.2  # m below its height at which PX4 calls a take-off done (0.8 m) and a margin
+AT_ROUTE = 1.0  # m, and
+ALONG_ROUTE = 0.25  # rad, between the vehicle and where it should stand before a route begins
+
+
+class Observer:
+    """Sees for the decision. Remembers only since when things have been so."""
+
+    def __init__(
+        self,
+        mission: Mission,
+        vehicle: Anchored,
+        helm: Helm,
+        lookout: Lookout,
+        tolerances: Tolerances,
+    ) -> None:
+        self._mission = mission
+        self._begin = float(mission.trajectory.control_points_site[0, 2])  # m, the route's height
+        self._vehicle = vehicle
+        self._helm = helm
+        self._lookout = lookout
+        self._tolerances = tolerances
+        self._area = area_of(mission)
+        self._follower = Follower()
+        self._streaming = False
+        self._upright = math.inf  # s, when the vehicle was last seen flying as it should
+        self._jumped = -math.inf  # s, when the position estimate last jumped
+
+    @property
+    def widening(self) -> float:
+        """m that plans have to keep on top of their clearance."""
+        return self._follower.tracking.widening
+
+    def jumped(self, now: float) -> None:
+        """The position estimate jumped."""
+        self._jumped = now
+
+    def sent(self, setpoint: Setpoint | None) -> None:
+        """This was streamed; None: nothing is."""
+        self._streaming = setpoint is not None
+        if setpoint is None:
+            self._follower.stopped()
+        else:
+            self._follower.sent(setpoint)
+
+    def gather(
+        self,
+        stage: Stage,
+        state: VehicleState | None,
+        request: Request | None,
+        refused: str | None,
+        now: float,
+    ) -> Seen:
+        """Everything that a decision is made from."""
+        guidance, tolerances = self._helm.guidance, self._tolerances
+        frame_age, planner_age = self._lookout.frame_age(now), self._lookout.planner_age(now)
+        checking = stage.phase is Phase.PREFLIGHT
+        behind = self._behind(state, now)
+        if state is not None and self._obeyed(state):
+            self._follower.judge(state.position_site, state.time)
+        return Seen(
+            vehicle=state,
+            silence=math.inf if state is None else now - min(state.heard, state.time),
+            frame_age=frame_age,
+            planner_age=planner_age,
+            off_track=float(np.linalg.norm(behind)),
+            tracking=self._follower.tracking,
+            falling=self._falling(state, float(behind[2]), now),
+            blocked=guidance.blocked,
+            avoiding=guidance.avoiding(now),
+            routed=guidance.reference is not None,
+            joining=guidance.pending,
+            climbed=self._climbed(state),
+            still=guidance.still(now),
+            joined=self._joined(state, behind, now),
+            route_done=guidance.arrived(now),
+            return_share=self._return_share(now),
+            critical_share=self._mission.limits.reserve / 2,
+            not_ready=not_ready(self._mission, state, frame_age, planner_age, tolerances)
+            if checking
+            else (),
+            since_jump=now - self._jumped,
+            margins=self._margins(state),
+            strayed=float(np.linalg.norm(self._vehicle.shift_site)),
+            request=request,
+            refused=refused,
+        )
+
+    def _margins(self, state: VehicleState | None) -> Margins:
+        """From the edges of the fence and the keep-outs."""
+        if state is None:
+            return NO_EDGE
+        shift, deceleration = self._vehicle.shift_site, self._mission.limits.acceleration
+        return margins(self._area, state, shift, deceleration)
+
+    def _behind(self, state: VehicleState | None, now: float) -> Vector:
+        """(3,) m from the vehicle to where it should be; zero when nothing is streamed."""
+        if state is None or not self._obeyed(state):
+            return np.zeros(3)
+        behind: Vector = self._helm.guidance.position(now) - state.position_site
+        return behind
+
+    def _obeyed(self, state: VehicleState) -> bool:
+        """Whether the autopilot flies what is streamed."""
+        return self._streaming and state.mode is FlightMode.OFFBOARD
+
+    def _falling(self, state: VehicleState | None, under: float, now: float) -> float:
+        """Seconds for which the vehicle has been far under its setpoint, or on the ground."""
+        down = state is not None and state.landed is Landed.ON_GROUND
+        if not down and under <= self._tolerances.sunk:
+            self._upright = now
+        return now - min(self._upright, now)
+
+    def _climbed(self, state: VehicleState | None) -> bool:
+        return state is not None and float(state.position_site[2]) > self._begin - CLIMBED
+
+    def _joined(self, state: VehicleState | None, behind: Vector, now: float) -> bool:
+        """Whether vehicle and setpoint both stand at the route's next point, looking along it."""
+        guidance = self._helm.guidance
+        if state is None or state.mode is not FlightMode.OFFBOARD or not guidance.joined(now):
+            return False
+        near = float(np.linalg.norm(behind)) < AT_ROUTE
+        return near and guidance.yaw_error(state.yaw_site) < ALONG_ROUTE
+
+    def _return_share(self, now: float) -> float:
+        """Share of the battery below which to turn back, with half of the reserve.
+
+        Nearer to the end of the route than to its beginning, flying on is the shorter way down:
+        then there is none.
+        """
+        limits, guidance = self._mission.limits, self._helm.guidance
+        back = self._helm.trail.length / limits.speed
+        if guidance.reference is not None and guidance.remaining(now) < back:
+            return 0.0
+        return back / limits.endurance + limits.reserve / 2
