@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchard_cli.avoidance.automaton import Drift, steered
-from orchard_cli.flight.runner import COMMIT, RATE
+from orchard_cli.flight.lookout import COMMIT
+from orchard_cli.flight.runner import RATE
 from orchard_cli.model.arrays import Array
 from orchard_cli.model.site import HeightReference, SiteOrigin
 from orchard_cli.model.tank import SPRAYER

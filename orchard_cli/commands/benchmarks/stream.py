@@ -9,9 +9,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from orchard_cli.flight.guidance import Guidance
+from orchard_cli.flight.lookout import COMMIT
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
 from orchard_cli.flight.ports import Avoidance
-from orchard_cli.flight.runner import COMMIT
 from orchard_cli.flight.runner import RATE as LOOP_RATE
 from orchard_cli.flight.warmup import warm_up
 from orchard_cli.flight.worker import ThreadWorker

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from orchard_cli.errors import Fault, InputError
+from orchard_cli.flight.lookout import COMMIT
 from orchard_cli.flight.onboard import Onboard, OnboardJob
-from orchard_cli.flight.runner import COMMIT
 from orchard_cli.flightlog import read
 from orchard_cli.flightlog.frames import depth_frames
 from orchard_cli.model.depth import DepthFrame
