@@ -27,7 +27,7 @@ def run_header(
     """What the log begins with. UTC is read here, once; the flight itself reads its own clock."""
     attachments = {
         "mission.json": missions.dumps(mission).encode(),
-        "configuration.json": json.dumps(asdict(choices)).encode(),
+        "configuration.json": json.dumps(asdict(choices), default=str).encode(),
     }
     if world_file:
         attachments["world.toml"] = world_file

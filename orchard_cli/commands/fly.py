@@ -69,6 +69,10 @@ def fly(
             help="With --connect: see --world instead of a camera. Bench and SITL only.",
         ),
     ] = False,
+    logged_camera: Annotated[
+        Path | None,
+        typer.Option(help="Log of a flight along the same way: the simulator sees its images."),
+    ] = None,
     live: Annotated[
         bool, typer.Option("--live", help="Serve the flight to Foxglove on this computer.")
     ] = False,
@@ -88,6 +92,7 @@ def fly(
     from .camera_options import camera_filters as filters_of
     from .camera_options import camera_mode
     from .camera_options import camera_mount as mount_of
+    from .contradictions import refuse_contradictions
     from .loading import vehicle_choice
     from .wiring import Choices
 
@@ -103,11 +108,12 @@ def fly(
         camera=camera_mode(camera),
         mend_failsafes=mend_failsafes,
         rendered_camera=rendered_camera,
+        logged_camera=logged_camera,
         serial=camera_serial,
         filters=filters_of(camera_filters),
         mount=mount_of(camera_mount),
     )
-    _refuse_contradictions(connect, world, lockstep, speed_factor, rendered_camera)
+    refuse_contradictions(connect, world, lockstep, choices)
     plan = missions.load(mission)
     path = log if log is not None else default_log(plan.name)
     tell_log(path)
@@ -136,29 +142,6 @@ def demand_as_planned(ending: Ending) -> None:
         raise LinkError(ending.why)
     if not ending.as_planned:
         raise FlightEndedEarly(f"the flight did not go as planned: {ending.why}")
-
-
-def _refuse_contradictions(
-    connect: str | None,
-    world: Path | None,
-    lockstep: bool,
-    speed_factor: float,
-    rendered_camera: bool,
-) -> None:
-    """A real vehicle has no other clock than the real one, and a world file only on the bench."""
-    from orchard_cli.errors import Fault, InputError
-
-    real = connect is not None
-    wrong = (
-        (real and lockstep, "--lockstep", "is the simulator's; leave it out with --connect"),
-        (real and speed_factor != 1, "--speed-factor", "cannot hurry a real vehicle; leave it out"),
-        (real and world is not None and not rendered_camera, "--world", "needs --rendered-camera"),
-        (rendered_camera and not (real and world), "--rendered-camera", "needs --connect, --world"),
-        (lockstep and speed_factor != 1, "--speed-factor", "lockstep goes as fast as it can"),
-    )
-    faults = [Fault(where, what) for is_wrong, where, what in wrong if is_wrong]
-    if faults:
-        raise InputError(faults)
 
 
 def default_log(name: str) -> Path:

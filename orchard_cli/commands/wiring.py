@@ -74,6 +74,7 @@ class Choices:
     level: float = 1.0  # of the tank at take-off
     detector: Path | None = None  # ONNX model with which `zones` sees; None: by depth alone
     detector_names: Path | None = None  # its class names; None: in its metadata
+    logged_camera: Path | None = None  # a flight's log whose depth images the simulator's are
     serial: str = ""  # of the RealSense to use; empty: the only one
     filters: tuple[str, ...] = ()  # of the camera's vendor: "spatial", "holes"
     mount: tuple[float, float, float, float] = (0.1, 0.0, 0.0, 0.0)  # m, m, m, rad: see Mount
@@ -113,8 +114,12 @@ def _run(errand: Errand) -> Trajectory:
     return errand()
 
 
-def _fitted(camera: Camera | None) -> Camera:
-    """The simulator's camera, which `_settings` always asks for."""
+def _eyes(choices: Choices, camera: Camera | None, vehicle: Vehicle) -> Camera:
+    """The simulator's camera, or the eyes of a logged flight. Raises InputError."""
+    if choices.logged_camera is not None:
+        from orchard_cli.flightlog.logged_camera import LoggedCamera, album
+
+        return LoggedCamera(album(choices.logged_camera), vehicle.poses)
     if camera is None:
         raise LinkError("the simulator was started without a camera")
     return camera
@@ -133,7 +138,7 @@ def _settings(choices: Choices) -> SimulatorSettings:
         speed_factor=choices.speed_factor,
         port=0,  # any that is free: several simulators may fly side by side
         autopilot_port=0,
-        camera=choices.camera,
+        camera=None if choices.logged_camera else choices.camera,
         frame_rate=choices.frame_rate,
         sensors=maker(choices)().needs,
         kit=kit(choices.vehicle, choices.level),
@@ -147,7 +152,7 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
     simulator = LockstepSimulator(
         world, mission.orchard.origin, position, yaw, _settings(choices), mission.takeoff_ground
     )
-    camera = _fitted(simulator.camera)
+    camera = _eyes(choices, simulator.camera, simulator.vehicle)
     cycle = onboard(mission, choices, camera.model).cycle
     try:
         yield Equipment(
@@ -193,7 +198,7 @@ def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equi
         stack.callback(errands.close)
         yield Equipment(
             vehicle=vehicle,
-            camera=_fitted(simulator.camera),
+            camera=_eyes(choices, simulator.camera, vehicle),
             clock=simulator.clock,
             guard=Deadman(DEADMAN),
             worker=worker,
