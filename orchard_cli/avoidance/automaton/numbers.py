@@ -40,7 +40,8 @@ class AutomatonSettings:
 
     safe_arms: float = 2.0  # arms: the safe distance (eq. 16)
     drift: Drift = Drift(0.7640, 0.06403, -4.232e-4, 6.072)
-    latency: float = 0.45  # s until a scan is a command that is flown: confirmed, and committed
+    latency: float = 0.55  # s until a scan is a command that is flown: confirmed, and committed
+    soonest: float = 0.3  # s that this takes at least: one scan to confirm, and the commitment
     lag: float = 0.4  # s by which the vehicle's velocity follows the commanded one
 
 
@@ -67,25 +68,35 @@ def numbers(
     safe, reach = safe_distance(settings, limits, load), arm(limits, load)
     slow = avoidance_speed(settings, limits, load)
     braking = limits.acceleration
-    trigger = trigger_time(settings, safe - reach * math.cos(ALPHA), 1.0, slow)
+    edge = reach * math.cos(ALPHA) + slow * settings.soonest
     return Numbers(
         slowdown=max(speed**2 - slow**2, 0.0) / (2 * braking)
         + speed * settings.latency
         + max(speed - slow, 0.0) * settings.lag,
         first_safe=safe / math.tan(FIELD),
         speed=slow,
-        trigger=trigger,
+        trigger=trigger_time(safe - edge, slow, slow, braking),
         corner=reach * math.sin(ALPHA),
     )
 
 
-def trigger_time(settings: AutomatonSettings, left: float, moving: float, speed: float) -> float:
-    """t_TR = (left - d_DR) / v_A, s (eq. 29), to end `left` m further.
+def trigger_time(left: float, moving: float, speed: float, acceleration: float) -> float:
+    """t_TR = (left - d_DR) / v_A, s (eq. 29), to end `left` m further; it moves at `moving` m/s.
 
-    `moving`: the share of v_A that is flown already. Eq. 29 has 1; who has only just begun drifts
-    the less, and by eq. 29 would pass a corner that the radar alone has seen far too near.
+    d_DR is the drift that stays. The paper's velocity controller keeps all of it; here a position
+    is followed, what is flown beyond the bend swings back, and what stays is the bend from v aside
+    to v ahead, to which each axis has a share of the acceleration. Who has only just begun to move
+    speeds up first: eq. 29 takes him to fly at v_A, and he would pass a corner that the radar alone
+    has seen far too near.
     """
-    return max(left - settings.drift.distance * moving, 0.0) / speed
+    share = acceleration / math.sqrt(2.0)
+    moving = min(max(moving, 0.0), speed)
+    risen = (2 * speed**2 - moving**2) / (2 * share)  # m: up to v_A, and bent away at once
+    if left >= risen:
+        return (speed - moving) / share + (left - risen) / speed
+    if left <= moving**2 / (2 * share):
+        return 0.0
+    return (math.sqrt(moving**2 / 2 + share * left) - moving) / share
 
 
 def avoidance_speed(settings: AutomatonSettings, limits: Limits, load: Load | None) -> float:

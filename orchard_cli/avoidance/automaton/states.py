@@ -94,7 +94,10 @@ def step(memory: Memory, reading: Reading, numbers: Numbers, now: float) -> Memo
     if to is State.Q1:
         return Memory(to, now, now, nearest=reading.lasers)
     rightwards = to is State.Q3 if to in (State.Q3, State.Q4) else memory.rightwards
-    return replace(memory, state=to, since=now, rightwards=rightwards)
+    nearest = memory.nearest
+    if to in (State.Q6, State.Q7):  # what stood beside the row before is another thing
+        nearest = (nearest[S1], NOTHING, nearest[S3], NOTHING)
+    return replace(memory, state=to, since=now, rightwards=rightwards, nearest=nearest)
 
 
 def _counted(memory: Memory, reading: Reading, now: float) -> Memory:
