@@ -55,6 +55,62 @@ def orchards(
         typer.echo(f"results and logs: {folder}", err=True)
 
 
+@campaign_app.command()
+def faults(
+    fault: Annotated[str | None, typer.Option(help="Only this fault, by its name.")] = None,
+    phase: Annotated[
+        str | None, typer.Option(help="take-off, route, avoidance, return or landing.")
+    ] = None,
+    speed_factor: Annotated[
+        float, typer.Option(min=0.5, max=10, help="Where a fault's limits are not in real time.")
+    ] = 3.0,
+    out: Annotated[
+        Path, typer.Option(help="Folder for results and logs; an unfinished campaign goes on.")
+    ] = Path("campaign-faults"),
+    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Let each fault strike in each phase, over a real MAVSDK link, and watch from outside.
+
+    One fault in one phase prints a timeline.
+    """
+    from .campaigns.faults import chosen, document, record, run, timeline
+    from .campaigns.observer import observe
+
+    cells = chosen(fault, phase)
+    if len(cells) == 1:
+        seen = observe(*cells[0], out / "logs", speed_factor)
+        found = document([record(*cells[0], seen)])
+        if not json:
+            _lines(timeline(seen))
+    else:
+        found = document(run(cells, out, speed_factor, quiet))
+    _tell(found, json, _matrix)
+
+
+def _lines(rows: list[tuple[str, ...]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("s", "mode", "m/s", "setpoint's age, s", "nearest thing, m", "place", box=None)
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
+def _matrix(document: dict[str, Any]) -> Table:
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("fault", "phase", "", "what shows it", "what the vehicle did", box=None)
+    for one in document["cases"]:
+        mark = "[green]ok[/]" if one["ok"] else "[bold red]NOT OK[/]"
+        shown = (one["fault"], one["phase"], one["evidence"] or "it did not happen", one["outcome"])
+        name, where, evidence, outcome = map(escape, shown)
+        table.add_row(name, where, mark, evidence, outcome)
+    return table
+
+
 def _tell(document: dict[str, Any], json: bool, shown: Any) -> None:
     if json:
         typer.echo(json_module.dumps(document, allow_nan=False))

@@ -1,16 +1,21 @@
-"""The sensors of a real vehicle besides the camera, or why it must not fly without them."""
+"""The sensors of a real vehicle, or why it must not fly without them."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from orchard_cli.errors import LinkError
-from orchard_cli.flight.ports import Sensors
+from orchard_cli.flight.ports import Camera, Sensors
 from orchard_cli.model.sensors import Sensed
 
 if TYPE_CHECKING:
     from orchard_cli.vehicle import MavsdkVehicle
+
+    from .wiring import Choices
 
 PASSED_ON = frozenset({"radar", "range"})  # by an autopilot; nothing else is
 PATIENCE = 5.0  # s for the first scan of each
@@ -51,3 +56,23 @@ def await_sensors(
 def _missing(needs: frozenset[str], sensed: Sensed) -> frozenset[str]:
     spoken = {"radar": sensed.radar, "range": sensed.range}
     return frozenset(name for name in needs if spoken[name] is None)
+
+
+def realsense(choices: Choices, now: Callable[[], float]) -> Camera:
+    """The depth camera on the vehicle. Raises LinkError when there is none that can be used."""
+    from orchard_cli.perception import Mount, RealSense, RealSenseSettings
+
+    width, height = choices.camera
+    settings = RealSenseSettings(
+        width, height,
+        spatial="spatial" in choices.filters, fill_holes="holes" in choices.filters,
+        serial=choices.serial,
+    )  # fmt: skip
+    mount = Mount(np.array(choices.mount[:3]), choices.mount[3])
+    try:
+        return RealSense(settings, mount, now)
+    except LinkError as error:
+        raise LinkError(
+            f"{error}; without eyes no avoidance flies: "
+            "use --system none where the route is known to be free"
+        ) from None

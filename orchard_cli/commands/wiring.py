@@ -6,7 +6,7 @@ import contextlib
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,12 +26,17 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.world import World
-from orchard_cli.simulator import LockstepSimulator, SimulatorProcess, SimulatorSettings
+from orchard_cli.simulator import (
+    AttachedSimulator,
+    LockstepSimulator,
+    SimulatorProcess,
+    SimulatorSettings,
+)
 from orchard_cli.simulator.fleet import kit
 from orchard_cli.simulator.rendered_camera import RenderedCamera
 
 from .loading import carried
-from .real_sensors import await_sensors, refuse_unknown
+from .real_sensors import await_sensors, realsense, refuse_unknown
 from .systems import demand_airworthy, maker
 
 if TYPE_CHECKING:
@@ -173,27 +178,45 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
         simulator.vehicle.close()
 
 
+def start_simulator(
+    mission: Mission, world: World, choices: Choices, port: int = 0
+) -> SimulatorProcess:
+    """The simulated autopilot in a process of its own, which sends to `port`; 0: to any."""
+    position, yaw = _start(mission)
+    settings = replace(_settings(choices), port=port)
+    return SimulatorProcess.start(world, mission.orchard.origin, position, yaw, settings)
+
+
 @contextlib.contextmanager
 def simulated(mission: Mission, world: World, choices: Choices) -> Iterator[Equipment]:
     """The simulated autopilot in a process of its own, flown by MAVSDK over UDP."""
-    from orchard_cli.vehicle import Deadman, connect
-
-    position, yaw = _start(mission)
     maker(choices)  # an unknown system is told before anything is started
     with contextlib.ExitStack() as stack:
         warming = stack.enter_context(ThreadPoolExecutor(1)).submit(
             onboard, mission, choices, d455(*choices.camera)
         )
-        simulator = SimulatorProcess.start(
-            world, mission.orchard.origin, position, yaw, _settings(choices)
-        )
+        simulator = start_simulator(mission, world, choices)
         stack.callback(simulator.close)
+        yield stack.enter_context(attached(mission, choices, simulator, warming.result))
+
+
+@contextlib.contextmanager
+def attached(
+    mission: Mission,
+    choices: Choices,
+    simulator: SimulatorProcess | AttachedSimulator,
+    warmed: Callable[[], Onboard],
+) -> Iterator[Equipment]:
+    """A simulator that runs already, flown by MAVSDK over UDP."""
+    from orchard_cli.vehicle import Deadman, connect
+
+    with contextlib.ExitStack() as stack:
         vehicle = connect(
             simulator.url, mission.orchard.origin, simulator.clock.now, mission.takeoff_ground
         )
         stack.callback(vehicle.close)
         vehicle.mend_failsafes(vehicle.unsafe_failsafes(mission.highest))
-        worker, errands = ThreadWorker(warming.result().cycle), ThreadWorker(_run)
+        worker, errands = ThreadWorker(warmed().cycle), ThreadWorker(_run)
         stack.callback(worker.close)
         stack.callback(errands.close)
         yield Equipment(
@@ -226,7 +249,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
     with contextlib.ExitStack() as stack:
         camera: Camera = NoCamera()
         if sighted and not choices.rendered_camera:
-            camera = _realsense(choices, clock.now)
+            camera = realsense(choices, clock.now)
             stack.callback(camera.close)
         cycle = onboard(mission, choices, camera.model).cycle
         vehicle = connect(url, mission.orchard.origin, clock.now, mission.takeoff_ground)
@@ -257,26 +280,6 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             + (" with a rendered camera" if choices.rendered_camera else ""),
             achieved_factor=lambda: 1.0,
         )
-
-
-def _realsense(choices: Choices, now: Callable[[], float]) -> Camera:
-    """The depth camera on the vehicle. Raises LinkError when there is none that can be used."""
-    from orchard_cli.perception import Mount, RealSense, RealSenseSettings
-
-    width, height = choices.camera
-    settings = RealSenseSettings(
-        width, height,
-        spatial="spatial" in choices.filters, fill_holes="holes" in choices.filters,
-        serial=choices.serial,
-    )  # fmt: skip
-    mount = Mount(np.array(choices.mount[:3]), choices.mount[3])
-    try:
-        return RealSense(settings, mount, now)
-    except LinkError as error:
-        raise LinkError(
-            f"{error}; without eyes no avoidance flies: "
-            "use --system none where the route is known to be free"
-        ) from None
 
 
 def _demand_safe_failsafes(mission: Mission, vehicle: MavsdkVehicle, mend: bool) -> None:

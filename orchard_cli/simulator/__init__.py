@@ -1,7 +1,13 @@
 """The embedded simulator: world, renderer, body, autopilot (MAVLink)."""
 
 from .lockstep import LockstepSimulator
-from .process import SimulatorProcess
+from .process import AttachedSimulator, SharedSimulator, SimulatorProcess
 from .settings import SimulatorSettings
 
-__all__ = ["LockstepSimulator", "SimulatorProcess", "SimulatorSettings"]
+__all__ = [
+    "AttachedSimulator",
+    "LockstepSimulator",
+    "SharedSimulator",
+    "SimulatorProcess",
+    "SimulatorSettings",
+]

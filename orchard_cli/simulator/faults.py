@@ -11,6 +11,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from orchard_cli.model.world import Pole
+
 Triple = tuple[float, float, float]
 
 
@@ -75,7 +77,16 @@ class OriginMove:
     moved_site: Triple  # m
 
 
+@dataclass(frozen=True, slots=True)
+class Appearance:
+    """Something stands in the world from now on, where nothing stood: seen, and hit."""
+
+    pole: Pole
+
+
 LinkFault = OriginMove | ClockStep
 """Those that exist only where there is MAVLink: not in lockstep."""
 
-SimulatedFault = CameraFault | GpsLoss | WindChange | BatteryDrop | EstimateJump | LinkFault
+SimulatedFault = (
+    CameraFault | GpsLoss | WindChange | BatteryDrop | EstimateJump | Appearance | LinkFault
+)

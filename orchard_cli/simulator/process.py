@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import socket
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
@@ -40,8 +43,9 @@ class SimulatorProcess:
         self._process = process
         self._pipe = pipe
         self._board = board
+        self._factor = factor
         self.url = f"udpin://{HOST}:{port}"
-        self.clock = SimulatedClock(board, process, factor)
+        self.clock = SimulatedClock(board, process.is_alive, factor)
         self.camera = SimulatedCamera(board) if board.camera else None
         self.truth = SimulatedTruth(board)
         self.sensors = SimulatedSensors(board)
@@ -98,6 +102,10 @@ class SimulatorProcess:
         """The process's number."""
         return self._process.pid
 
+    def shared(self, url: str = "") -> SharedSimulator:
+        """What another process needs to fly in it, by `url` where that is not the simulator's."""
+        return SharedSimulator(self._board, url or self.url, self._factor, self._process.pid or 0)
+
     def inject(self, fault: SimulatedFault) -> None:
         """Make something go wrong in the simulation, within a quarter of a simulated second."""
         self._pipe.send(fault)
@@ -111,12 +119,47 @@ class SimulatorProcess:
             self._process.join()
 
 
+@dataclass(frozen=True, slots=True)
+class SharedSimulator:
+    """A running simulator, to be handed to another process as an argument of it."""
+
+    board: Board
+    url: str  # where MAVSDK shall listen
+    factor: float
+    pid: int
+
+
+class AttachedSimulator:
+    """A running simulator in a process that has not started it, and cannot end it."""
+
+    def __init__(self, shared: SharedSimulator) -> None:
+        self._board = shared.board
+        self._pid = shared.pid
+        self.url = shared.url
+        self.clock = SimulatedClock(shared.board, self._alive, shared.factor)
+        self.camera = SimulatedCamera(shared.board) if shared.board.camera else None
+        self.truth = SimulatedTruth(shared.board)
+        self.sensors = SimulatedSensors(shared.board)
+
+    @property
+    def achieved_factor(self) -> float:
+        """Simulated seconds per real second since the start."""
+        return self._board.achieved
+
+    def _alive(self) -> bool:
+        try:
+            os.kill(self._pid, 0)
+        except ProcessLookupError:
+            return False
+        return True
+
+
 class SimulatedClock:
     """Simulated time. It slips when the simulator cannot keep its factor, and never jumps."""
 
-    def __init__(self, board: Board, process: BaseProcess, factor: float) -> None:
+    def __init__(self, board: Board, alive: Callable[[], bool], factor: float) -> None:
         self._board = board
-        self._process = process
+        self._alive = alive
         self._factor = factor
         self._newest = 0.0
 
@@ -134,7 +177,7 @@ class SimulatedClock:
         """
         until = time.monotonic() + LONGEST_SLEEP
         while (wait := moment - self.now()) > 0 and time.monotonic() < until:
-            if not self._process.is_alive():
+            if not self._alive():
                 raise LinkError("the simulator has ended")
             time.sleep(min(max(wait / self._factor, 0.0002), LONGEST_SLEEP))
 

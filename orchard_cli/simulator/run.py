@@ -25,6 +25,7 @@ from orchard_cli.model.world import World
 from .autopilot import TICK, Autopilot
 from .failing import FailingCamera
 from .faults import (
+    Appearance,
     BatteryDrop,
     CameraFault,
     ClockStep,
@@ -114,6 +115,9 @@ class Run:
                 craft.battery.share = min(craft.battery.share, fault.share)
             case EstimateJump():
                 craft.jump_estimate(np.array(fault.moved_site), fault.turned)
+            case Appearance():
+                world = self._scene.world
+                self._scene = Scene(dataclasses.replace(world, poles=(*world.poles, fault.pole)))
             case OriginMove() | ClockStep():
                 raise ValueError("there are no origin and no stamps of its own without MAVLink")
 
