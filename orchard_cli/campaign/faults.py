@@ -13,7 +13,7 @@ import numpy as np
 
 from orchard_cli.model.arrays import Array, Vector
 
-PHASES = ("take-off", "route", "avoidance", "return", "landing")
+PHASES = ("route", "avoidance", "take-off", "landing", "return")
 STILL = 0.35  # m/s, level: it stands, in gusts too
 STANDS = 0.6  # s for which it must
 STOP_WITHIN = 4.0  # s: half a second to see it, and braking from 1 m/s by 0.5 m/s²

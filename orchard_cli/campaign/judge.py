@@ -22,13 +22,14 @@ AIRBORNE = 0.5  # m above the ground: lower it is taking off or landing
 AT_REST = 0.3  # m/s, and
 DOWN = 0.4  # m above the ground: the airframe's centre when it stands
 MOVING = 0.3  # m/s: slower it stands, and whoever comes near comes by himself
+DETOUR = 3.5  # m beside a waypoint: farther off, a part of the route was not flown
 SAME_TREE = 0.05  # m between a surveyed trunk and the world's
 
 
 class Outcome(Enum):
     """How a flight ended, from best to worst."""
 
-    COMPLETED = "completed"  # the whole route, and landed where it should
+    COMPLETED = "completed"  # the route to its end, and landed there
     SAFE = "safe end"  # landed whole elsewhere, or earlier
     UNSAFE = "unsafe end"  # not on the ground, armed, or for ever
     CONTACT = "contact"  # it touched something in the air
@@ -47,6 +48,7 @@ class Judgement:
     error: float  # m, greatest level error of the estimate
     over_ideal: float | None  # s longer than the planned trajectory; None: not completed
     flight: float  # s from taking off to the end
+    left_out: int  # waypoints passed at more than WAYPOINT_PASSED and the estimate's error
     holds: int
     replans: int
 
@@ -77,6 +79,7 @@ def judge(mission: Mission, world: World, seen: Witness, as_planned: bool, why: 
         error=error,
         over_ideal=ended[-1] - begun[0] - span if completed else None,
         flight=float(np.ptp(up[:, 0])) if len(up) else 0.0,
+        left_out=int((_missed(mission, truth) > WAYPOINT_PASSED + error).sum()),
         holds=sum(record.phase == "hold" for record in seen.phases),
         replans=seen.decisions.get("avoid", 0),
     )
@@ -145,6 +148,12 @@ def _error(seen: Witness) -> float:
     return float(np.hypot(*(believed[:, 1:3] - at).T).max())
 
 
+def _missed(mission: Mission, truth: Array) -> Array:
+    """(n,) m, level: how far beside each waypoint it passed."""
+    apart = truth[:, None, 1:3] - mission.waypoints_site[:, :2]
+    return np.asarray(np.linalg.norm(apart, axis=2).min(axis=0))
+
+
 def _outcome(
     mission: Mission, world: World, seen: Witness, as_planned: bool, error: float
 ) -> Outcome:
@@ -157,9 +166,6 @@ def _outcome(
     last = truth[-1:]
     if _heights(world, last)[0] > DOWN or np.linalg.norm(last[0, 4:7]) > AT_REST:
         return Outcome.UNSAFE
-    passed = all(
-        np.hypot(*(truth[:, 1:3] - waypoint[:2]).T).min() < WAYPOINT_PASSED + error
-        for waypoint in mission.waypoints_site
-    )
+    passed = (_missed(mission, truth) < DETOUR + error).all()
     home = np.hypot(*(last[0, 1:3] - mission.landing_site)) < WAYPOINT_PASSED + error
     return Outcome.COMPLETED if as_planned and passed and home else Outcome.SAFE

@@ -35,6 +35,7 @@ def summary(records: Sequence[Record]) -> dict[str, Any]:
         "near_misses": lambda r: near(r, NEAR),
         "near_misses_wide": lambda r: near(r, NEAR_WIDE),
         "completed": lambda r: r["outcome"] == outcome.COMPLETED.value,
+        "corners_left_out": _cut,
         "safe_ends": lambda r: r["outcome"] == outcome.SAFE.value,
         "unsafe_ends": lambda r: r["outcome"] == outcome.UNSAFE.value,
         "near_people": lambda r: (r["person_m"] or math.inf) < PERSON_NEAR,
@@ -52,6 +53,11 @@ def summary(records: Sequence[Record]) -> dict[str, Any]:
         "early": [story(r) for r in records if r["outcome"] == outcome.SAFE.value],
         "failures": [story(r) for r in records if failed(r)],
     }
+
+
+def _cut(record: Record) -> bool:
+    """Whether it flew the route to its end, but left out a waypoint on the way."""
+    return bool(record["outcome"] == Outcome.COMPLETED.value and record["left_out"] > 0)
 
 
 def near(record: Record, limit: float) -> bool:

@@ -155,6 +155,7 @@ _SHOWN = {
     "near_misses": "passed something unexpected under 0.85 m",
     "near_misses_wide": "under 1.5 m",
     "completed": "completed",
+    "corners_left_out": "of these, left out a corner",
     "safe_ends": "ended safe elsewhere",
     "unsafe_ends": "ended otherwise",
     "near_people": "moved within 3 m of a person, at any height",

@@ -13,6 +13,7 @@ from orchard_cli.flight.ports import Camera, Sensors
 from orchard_cli.model.sensors import Sensed
 
 if TYPE_CHECKING:
+    from orchard_cli.model.mission import Mission
     from orchard_cli.vehicle import MavsdkVehicle
 
     from .wiring import Choices
@@ -76,3 +77,15 @@ def realsense(choices: Choices, now: Callable[[], float]) -> Camera:
             f"{error}; without eyes no avoidance flies: "
             "use --system none where the route is known to be free"
         ) from None
+
+
+def demand_safe_failsafes(mission: Mission, vehicle: MavsdkVehicle, mend: bool) -> None:
+    """Raises LinkError where the autopilot's own failsafes are unsafe and shall not be mended."""
+    unsafe = vehicle.unsafe_failsafes(mission.highest)
+    if unsafe and not mend:
+        listed = "\n".join(f"  {finding}" for finding in unsafe)
+        raise LinkError(
+            f"the autopilot's own failsafes are not safe here:\n{listed}\n"
+            "set them, or let orchard do it with --mend-failsafes"
+        )
+    vehicle.mend_failsafes(unsafe)

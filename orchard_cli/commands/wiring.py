@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -36,11 +35,13 @@ from orchard_cli.simulator.fleet import kit
 from orchard_cli.simulator.rendered_camera import RenderedCamera
 
 from .loading import carried
-from .real_sensors import await_sensors, realsense, refuse_unknown
+from .real_sensors import (
+    await_sensors,
+    demand_safe_failsafes,
+    realsense,
+    refuse_unknown,
+)
 from .systems import demand_airworthy, maker
-
-if TYPE_CHECKING:
-    from orchard_cli.vehicle import MavsdkVehicle
 
 DEADMAN = 0.5  # s of real time
 BLIND = Tolerances(frame_age=math.inf, planner_age=math.inf)
@@ -254,7 +255,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
         cycle = onboard(mission, choices, camera.model).cycle
         vehicle = connect(url, mission.orchard.origin, clock.now, mission.takeoff_ground)
         stack.callback(vehicle.close)
-        _demand_safe_failsafes(mission, vehicle, choices.mend_failsafes)
+        demand_safe_failsafes(mission, vehicle, choices.mend_failsafes)
         reach = kit(choices.vehicle).airframe.arm
         sensors = await_sensors(choices.system, needs, vehicle, reach)
         worker, errands = ThreadWorker(cycle), ThreadWorker(_run)
@@ -280,17 +281,6 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             + (" with a rendered camera" if choices.rendered_camera else ""),
             achieved_factor=lambda: 1.0,
         )
-
-
-def _demand_safe_failsafes(mission: Mission, vehicle: MavsdkVehicle, mend: bool) -> None:
-    unsafe = vehicle.unsafe_failsafes(mission.highest)
-    if unsafe and not mend:
-        listed = "\n".join(f"  {finding}" for finding in unsafe)
-        raise LinkError(
-            f"the autopilot's own failsafes are not safe here:\n{listed}\n"
-            "set them, or let orchard do it with --mend-failsafes"
-        )
-    vehicle.mend_failsafes(unsafe)
 
 
 def load_world(mission: Mission, path: Path | None) -> tuple[World, bytes]:

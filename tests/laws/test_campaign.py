@@ -137,7 +137,7 @@ def record(number, outcome="completed", nearest=1.2, contact=""):
     return {
         "seed": 0, "case": number, "outcome": outcome, "why": "landed", "contact": contact,
         "clearance_m": nearest, "nearest_m": {"pole": nearest}, "person_m": None, "kept": True,
-        "over_ideal_s": 1.0, "replans": 1, "holds": 0,
+        "over_ideal_s": 1.0, "replans": 1, "holds": 0, "left_out": 0,
     }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""The small orchard that faults are tried in: one row, one pole, a minute of flight."""
+"""The small orchard that faults are tried in: one row, one pole, half a minute of flight."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from orchard_cli.model.site import HeightReference, Orchard, SiteOrigin, TreeRow
 from orchard_cli.model.wishes import FlightWishes
 from orchard_cli.model.world import Pole, Tree, World
 
-POLE_X = 8.0  # m
-TREES = 5
+POLE_X = 5.5  # m
+TREES = 4
 FENCE = 1.1  # m beside the route: no room round the pole
 SEED = 7
 EMPTY_AFTER = 4.0  # s of spraying
@@ -23,7 +23,7 @@ _ORIGIN = SiteOrigin(23.158, 113.352, 30.0, HeightReference.AMSL, math.radians(7
 
 
 def mission(fault: Fault) -> Mission:
-    """12 m over five low trees at 1 m/s."""
+    """9 m over four low trees at 1 m/s."""
     trunks = np.column_stack([np.arange(TREES) * 3.0, np.zeros(TREES)])
     row = TreeRow(trunks, np.zeros(TREES), np.full(TREES, 1.8))
     fence = np.empty((0, 2))

@@ -28,9 +28,9 @@ def chosen(fault: str | None, phase: str | None) -> list[tuple[Fault, str]]:
         raise InputError(InputFault("--phase", f"no phase {phase!r}", f"choose of {known}"))
     found = [
         (one, where)
+        for where in PHASES
         for one in FAULTS.values()
-        for where in one.phases
-        if fault in (None, one.name) and phase in (None, where)
+        if where in one.phases and fault in (None, one.name) and phase in (None, where)
     ]
     if not found:
         what = f"{fault} does not strike in {phase}"

@@ -141,6 +141,7 @@ def _document(found: Judgement) -> dict[str, Any]:
         "estimate_error_m": _finite(found.error),
         "over_ideal_s": found.over_ideal and round(found.over_ideal, 2),
         "flight_s": round(found.flight, 2),
+        "left_out": found.left_out,
         "holds": found.holds,
         "replans": found.replans,
     }
@@ -171,7 +172,7 @@ def _slope(case: Case) -> float:
 def _broken(what: str) -> dict[str, Any]:
     nothing = dict.fromkeys(
         ("clearance_m", "trees_m", "person_m", "estimate_error_m", "over_ideal_s", "flight_s",
-         "holds", "replans")
+         "left_out", "holds", "replans")
     )  # fmt: skip
     return {"outcome": "unsafe end", "why": f"a bug: {what}", "contact": "", "nearest_m": {},
             **nothing, "kept": False}  # fmt: skip
