@@ -1,7 +1,8 @@
 """Orchard + wishes -> Mission: the Π, its spline, its time law, its checks, its file."""
 
-from .checks import check, notes
+from .checks import check
 from .files import dumps, load, load_unchecked, loads, schema
+from .notes import notes
 from .planner import measured_corner_cut, plan
 from .saving import save
 from .sorties import plan_from_home, plan_sorties

@@ -45,23 +45,6 @@ def check(mission: Mission) -> tuple[Fault, ...]:
     )
 
 
-def notes(mission: Mission) -> tuple[str, ...]:
-    """What the pilot should know: known obstacles that the flight will have to avoid."""
-    path = flown(mission)
-    found = []
-    for obstacle in mission.orchard.obstacles:
-        apart = np.hypot(*(path[:, :2] - obstacle.position_site).T) - obstacle.radius
-        low = path[:, 2] < obstacle.top + mission.limits.clearance
-        gap = apart[low].min(initial=np.inf)
-        if gap < mission.limits.clearance:
-            x, y = obstacle.position_site
-            found.append(
-                f"{obstacle.name} at ({x:g}, {y:g}) stands {max(gap, 0):.2f} m from the route; "
-                "it will be avoided in flight"
-            )
-    return tuple(found)
-
-
 def flown(mission: Mission) -> Points:
     """The trajectory's positions (n, 3) m, at most SAMPLING apart."""
     trajectory, step = mission.trajectory, SAMPLING / mission.limits.speed

@@ -27,7 +27,6 @@ from .sorting import Placed, Sorted, sort
 FARTHEST = 5_000.0  # m from the first feature
 OVER_CANOPY = 1.5  # m, flight height where none is given
 TREE_RADIUS = 1.0  # m of a tree in no row, as an obstacle
-_BENT = 1.0  # m: rows that bend more are named
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,23 +174,10 @@ def _flight(found: Sorted, site: Site, given: Given, rows: Planting, faults: lis
     return table
 
 
-def _bow(places: Points) -> float:
-    """Greatest distance from the straight line between the ends, m."""
-    way = places[-1] - places[0]
-    off = places - places[0]
-    across = off[:, 0] * way[1] - off[:, 1] * way[0]
-    return float(np.abs(across).max() / max(float(np.hypot(*way)), 1e-9))
-
-
 def _notes(
     found: Sorted, rows: Planting, fence: bool, keep_outs: int, drawing: Drawing
 ) -> list[str]:
-    notes = [
-        f"{row.where.removeprefix(f'{drawing.file}: ')} bends {bow:.1f} m off the straight line "
-        "from its first to its last tree, which is flown"
-        for row in rows.rows
-        if (bow := _bow(row.places)) > _BENT
-    ]
+    notes = []
     if rows.apart:
         notes.append(f"{len(rows.apart)} trees in no row are kept as obstacles: " + ", ".join(
             tree.where.removeprefix(f"{drawing.file}: ") for tree in rows.apart[:5]

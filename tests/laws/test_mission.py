@@ -278,3 +278,12 @@ def test_a_trajectory_that_does_not_start_or_end_at_rest_is_faulted():
 def test_segments_with_gaps_overlaps_or_wrong_rows_are_faulted(change):
     m = plan()
     assert any(where.startswith("segments") for where in broken(m, segments=change(m.segments)))
+
+
+def test_rows_that_bend_are_said_to_be_flown_straight():
+    x = np.arange(5) * 6.0
+    bent = np.column_stack([x, 2.0 * np.sin(np.pi * x / 24.0)])
+    what = orchard(TreeRow(bent, np.zeros(5), np.full(5, 2.0)), row(9, gaps=(6.0,) * 4))
+    (note,) = missions.notes(plan(what))
+    assert note.startswith("1 of 2 rows bend by more than 1 m, row 1 by 2.0 m: they are flown STRA")
+    assert missions.notes(plan()) == ()

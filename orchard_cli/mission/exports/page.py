@@ -8,7 +8,7 @@ from importlib import resources
 import numpy as np
 from lxml import etree
 
-from orchard_cli.mission.checks import notes
+from orchard_cli.mission.notes import notes
 from orchard_cli.model.mission import Leg, Mission
 
 from .profile import side_view

@@ -16,6 +16,7 @@ from .search import Guess, guesses
 MOST_TREES = 20_000
 _WRONG = 0.12  # share of trees in wrong rows, expected: more is too many
 _RIVAL = 6.0  # nats by which another reading must be worse
+_SAME = 0.05  # share of trees in which two readings of the same rows may differ
 _APART = 0.15  # share of trees in no row
 _SCATTER_MOST = 1.8  # m
 _SPACING_LEAST = 3.75  # scatters between rows
@@ -141,4 +142,10 @@ def _between(a: _Reading, b: _Reading) -> float:
 
 
 def _differ(a: _Reading, b: _Reading) -> bool:
-    return not np.array_equal(a.rows.member, b.rows.member)
+    """Whether they are other rows, not the same rows with a few trees given to a neighbour."""
+    if len(a.rows.levels) != len(b.rows.levels):
+        return True
+    ours, theirs = a.rows.member, b.rows.member
+    turned = np.where(theirs >= 0, len(b.rows.levels) - 1 - theirs, -1)
+    same = max(float((ours == theirs).mean()), float((ours == turned).mean()))
+    return same < 1 - _SAME
