@@ -7,7 +7,8 @@ whatever the least squares give. Here the corners are rounded first, by a stated
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import BSpline as ScipySpline
@@ -37,6 +38,7 @@ _EAGER = 1.2  # times the excess by which a corner's cut is lowered
 _MORE = 1e-3  # m, besides
 _LEAST = 0.05  # of the cut: corners are never rounded less than this
 _STRAIGHT = 1e-6  # rad: less is no corner
+_PARALLEL = 0.7  # cosine: legs so much against each other make a turn back
 _REVERSAL = math.radians(179.0)  # a sharper turn comes back on its own leg and cannot be rounded
 
 
@@ -50,13 +52,14 @@ class RoundedPath:
     total: float  # m along all points
 
 
-def rounded(corners_site: Points, cut: float | Array) -> RoundedPath:
+def rounded(corners_site: Points, cut: float | Array, merge: bool = False) -> RoundedPath:
     """Round each inner corner of the legs between (n, 3) points; `cut` may differ: (n - 2,) m.
 
     The curve passes each corner at `cut` m or nearer: nearer where the turn is slight, or where the
     legs are too short to hold the bend (each gives half of its length to either corner). It leaves
-    the legs no farther than REACH cuts from a corner. Raises ValueError for repeated points, a turn
-    straight back, or a cut that is not positive.
+    the legs no farther than REACH cuts from a corner. With `merge`, two corners that make one turn
+    back on a leg too short for their bends become one bend of one curvature: wider, so faster.
+    Raises ValueError for repeated points, a turn straight back, or a cut that is not positive.
     """
     corners = np.asarray(corners_site, dtype=np.float64)
     legs = np.diff(corners, axis=0)
@@ -65,14 +68,15 @@ def rounded(corners_site: Points, cut: float | Array) -> RoundedPath:
     if not (asked > 0).all() or not (lengths > 1e-6).all():
         raise ValueError("a path to round needs a positive cut and corners that differ")
     ways = legs / lengths[:, None]
-    room = np.concatenate([[lengths[0]], lengths[1:-1] / 2, [lengths[-1]]])
+    rooms = _rooms(ways, lengths, asked, merge)
     pieces, cuts, middles, last = [], [], [], corners[0]
     for i in range(1, len(corners) - 1):
-        blend, depth = _blend(ways[i - 1], ways[i], float(asked[i - 1]), min(room[i - 1], room[i]))
+        blend, depth = _blend(ways[i - 1], ways[i], float(asked[i - 1]), rooms[i - 1])
         blend = blend + corners[i]
         pieces += [_straight(last, blend[0]), blend[:-1]]
         cuts.append(depth)
-        middles.append(sum(map(len, pieces)) - len(blend) + 1 + len(blend) // 2)
+        apex = int(np.argmin(np.linalg.norm(blend - corners[i], axis=1)))
+        middles.append(sum(map(len, pieces)) - len(blend) + 1 + apex)
         last = blend[-1]
     pieces += [_straight(last, corners[-1]), corners[-1:]]
     points = np.concatenate(pieces)
@@ -87,35 +91,95 @@ def _straight(start: Array, end: Array) -> Points:
     return start + (end - start) * (np.arange(n) / max(n, 1))[:, None]
 
 
-def _blend(into: Array, out: Array, cut: float, room: float) -> tuple[Points, float]:
+@dataclass(frozen=True, slots=True)
+class _Room:
+    """What a bend may take of the legs before and behind its corner, and which ramps it has."""
+
+    before: float  # m
+    behind: float  # m
+    rises: bool = True  # False: it goes on from a bend of the same curvature
+    falls: bool = True  # False: it goes on into one
+
+    def held(self, into: Array, out: Array, cut: float) -> bool:
+        """Whether it is the legs, not the cut, that limit the bend."""
+        before, behind, depth = _extent_of((into, out), self.rises, self.falls)
+        scale = min(self.before / before, self.behind / behind)
+        return scale * depth <= cut and scale * max(before, behind) <= REACH * cut
+
+
+def _rooms(ways: Points, lengths: Array, cuts: Array, merge: bool) -> list[_Room]:
+    """The room of each corner: half of an inner leg, all of an outer one."""
+    halves = np.concatenate([[lengths[0]], lengths[1:-1] / 2, [lengths[-1]]])
+    rooms = [_Room(float(a), float(b)) for a, b in pairwise(halves)]
+    if not merge:
+        return rooms
+    corners = [(ways[i], ways[i + 1]) for i in range(len(ways) - 1)]
+    for i, (first, second) in enumerate(pairwise(corners)):
+        if not rooms[i].rises or not _turn_back(first, second):
+            continue
+        behind = _extent_of(first, falls=False)[1]
+        share = behind / (behind + _extent_of(second, rises=False)[0])  # of the same curvature
+        leg = float(lengths[i + 1])
+        one = replace(rooms[i], behind=share * leg, falls=False)
+        other = replace(rooms[i + 1], before=(1 - share) * leg, rises=False)
+        if one.held(*first, cuts[i]) and other.held(*second, cuts[i + 1]):
+            rooms[i], rooms[i + 1] = one, other
+    return rooms
+
+
+def _turn_back(first: tuple[Array, Array], second: tuple[Array, Array]) -> bool:
+    """Whether two corners one after the other turn the same way, back to where they came from."""
+    (into, between), (_, out) = first, second
+    same = float(np.cross(into, between) @ np.cross(between, out)) > 0
+    return same and float(into @ out) < -_PARALLEL
+
+
+def _angle(into: Array, out: Array) -> float:
+    return 2 * math.asin(min(1.0, float(np.linalg.norm(out - into)) / 2))
+
+
+def _blend(into: Array, out: Array, cut: float, room: _Room) -> tuple[Points, float]:
     """The bend at a corner in the origin from direction `into` to `out`, and its depth in m."""
-    angle = 2 * math.asin(min(1.0, float(np.linalg.norm(out - into)) / 2))
+    angle = _angle(into, out)
     if angle < _STRAIGHT:
         return np.zeros((1, 3)), 0.0
     if angle > _REVERSAL:
         raise ValueError("a turn straight back cannot be rounded")
-    unit = _unit_bend(angle, 201)
-    middle, end = unit[100], unit[-1]
-    tangent = math.hypot(*end) / (2 * math.cos(angle / 2))
-    depth = math.hypot(middle[0] - tangent, middle[1])
-    scale = min(cut / depth, min(room, REACH * cut) / tangent)
+    before, behind, depth = _extent_of((into, out), room.rises, room.falls)
+    reach = REACH * cut
+    scale = min(cut / depth, min(room.before, reach) / before, min(room.behind, reach) / behind)
     count = max(9, math.ceil(scale * (1 + RAMP) * angle / SPACING) + 1) | 1
-    flat = scale * (_unit_bend(angle, count) - [tangent, 0.0])
+    flat = scale * (_unit_bend(angle, count, room.rises, room.falls) - [before, 0.0])
     left = out - into * float(into @ out)
     left = left / np.linalg.norm(left)
     return flat[:, :1] * into + flat[:, 1:] * left, scale * depth
 
 
-def _unit_bend(angle: float, count: int) -> Points:
+def _extent_of(
+    corner: tuple[Array, Array], rises: bool = True, falls: bool = True
+) -> tuple[float, float, float]:
+    """m that a bend of peak curvature 1 takes of the legs before and behind its corner, and its
+    least distance from it."""
+    angle = _angle(*corner)
+    unit = _unit_bend(angle, 201, rises, falls)
+    behind = float(unit[-1, 1]) / math.sin(angle)
+    before = float(unit[-1, 0]) - behind * math.cos(angle)
+    depth = float(np.linalg.norm(unit - [before, 0.0], axis=1).min())
+    return before, behind, depth
+
+
+def _unit_bend(angle: float, count: int, rises: bool = True, falls: bool = True) -> Points:
     """Samples (count, 2) of a bend by `angle` rad with peak curvature 1 from the origin along +x.
 
-    `count` is odd. Its curvature is a trapezoid: ramps of RAMP angle, a plateau between them.
+    `count` is odd. Its curvature is a trapezoid: ramps of RAMP angle, a plateau between them; a
+    ramp may be left out.
     """
-    ramp, total = RAMP * angle, (1 + RAMP) * angle
+    up, down = RAMP * angle * rises, RAMP * angle * falls
+    total = angle + (up + down) / 2
     s = np.linspace(0.0, total, 4 * (count - 1) + 1)
-    rising = np.minimum(s, ramp) ** 2 / (2 * ramp)
-    falling = np.maximum(s - (total - ramp), 0.0) ** 2 / (2 * ramp)
-    heading = rising + np.maximum(s - ramp, 0.0) - falling
+    rising = np.minimum(s, up) ** 2 / (2 * up) if rises else 0.0 * s
+    falling = np.maximum(s - (total - down), 0.0) ** 2 / (2 * down) if falls else 0.0 * s
+    heading = rising + np.maximum(s - up, 0.0) - falling
     ways = np.column_stack([np.cos(heading), np.sin(heading)])
     # Simpson's rule over pairs of the fine steps
     h = total / (2 * (count - 1))
@@ -155,7 +219,7 @@ def fit_rounded(corners_site: Points, cut: float, count: int) -> tuple[RoundedPa
     corners = np.asarray(corners_site, dtype=np.float64)
     cuts = np.full(len(corners) - 2, cut)
     for _ in range(_ROUNDS):
-        path = rounded(corners, cuts)
+        path = rounded(corners, cuts, merge=True)
         spline = fit_spline(path.points_site, count)
         over = distances(corners[1:-1], samples(spline)) - cut
         if (over <= 0).all():

@@ -31,10 +31,10 @@ EASE = 1.0
 TOLERANCE = 0.01
 """Share by which a trajectory may exceed a limit: the spline only approximates the time law."""
 
-CRUISE = 0.95
+CRUISE = 0.93
 """Share of the speed limit that is planned: flown speeds exceed the plan by 0.1 m/s at times."""
 
-EFFORT = 0.6
+EFFORT = 0.56
 """Share of the acceleration limit that is planned: flown ones exceed it by 0.2 m/s² at times."""
 
 _ROUNDS = 30  # of lowering the law's limits until the spline keeps its own
