@@ -16,6 +16,7 @@ from orchard_cli.flight.reporter import Reporter
 from orchard_cli.flight.runner import Flight
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import RunHeader
+from orchard_cli.motion.yaw import STEADY, YawRule
 
 if TYPE_CHECKING:
     from .wiring import Choices, Equipment
@@ -46,7 +47,12 @@ def run_header(
 
 
 def conduct(
-    mission: Mission, equipment: Equipment, recorder: Recorder, operator: Operator, screen: Display
+    mission: Mission,
+    equipment: Equipment,
+    recorder: Recorder,
+    operator: Operator,
+    screen: Display,
+    yaw_rule: YawRule = STEADY,
 ) -> Ending:
     """Fly it to its end."""
     gear = Gear(
@@ -62,5 +68,6 @@ def conduct(
         truth=equipment.truth,
         sensors=equipment.sensors,
         load=equipment.load,
+        yaw_rule=yaw_rule,
     )
     return Flight(mission, gear, equipment.tolerances).run()

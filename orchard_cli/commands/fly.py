@@ -25,6 +25,12 @@ def fly(
     ] = None,
     world: Annotated[Path | None, typer.Option(help="World file for the simulator.")] = None,
     system: Annotated[str, typer.Option(help="guided, ego, zones, dfa, none, ....")] = "guided",
+    yaw: Annotated[
+        str | None, typer.Option(help="How the nose turns: steady, or published: EGO-Planner's.")
+    ] = None,
+    stops: Annotated[
+        bool, typer.Option("--stops", help="Straight legs, with a stop in every waypoint.")
+    ] = False,
     seed: Annotated[
         int | None,
         typer.Option(min=0, help="Seed of the simulator's noise and wind; default: the world's."),
@@ -99,6 +105,8 @@ def fly(
     name, filled = vehicle_choice(vehicle, level)
     choices = Choices(
         system=system,
+        yaw=yaw,
+        stops=stops,
         detector=detector,
         detector_names=detector_names,
         vehicle=name,
@@ -173,8 +181,10 @@ def fly_mission(
     from .conduct import run_header
     from .live_option import live_view
     from .loading import loaded
+    from .systems import yaw_rule
 
     mission = loaded(mission, choices)
+    yaw_rule(choices)  # an unknown one is told before anything is started
     world, world_file = wiring.load_world(mission, world_path)
     if connect is not None:
         rig = wiring.real(mission, connect, choices, world)
@@ -211,9 +221,10 @@ def _run(
     from .conduct import conduct
     from .operator import Operator
     from .screen import LiveScreen, QuietScreen
+    from .systems import yaw_rule
 
     operator = Operator()
     title = f"{mission.name} · {choices.system} · {equipment.name}"
     screen = QuietScreen() if quiet else LiveScreen(title, operator.attended)
     with operator.listening(), screen:
-        return conduct(mission, equipment, recorder, operator, screen)
+        return conduct(mission, equipment, recorder, operator, screen, yaw_rule(choices))

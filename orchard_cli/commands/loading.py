@@ -33,8 +33,14 @@ def carried(mission: Mission, choices: Choices) -> Load | None:
 
 
 def loaded(mission: Mission, choices: Choices) -> Mission:
-    """The mission with the limits that the vehicle can keep. Raises InputError when it is too
-    heavy for how the mission was timed."""
+    """The mission with the limits that the vehicle can keep, and with stops where that was chosen.
+
+    Raises InputError when the vehicle is too heavy for how the mission was timed.
+    """
+    if choices.stops:
+        from orchard_cli.mission import with_stops
+
+        mission = with_stops(mission)
     load = carried(mission, choices)
     if load is None:
         return mission

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from orchard_cli.avoidance import Astar, Blind, Dfa, Ego, Guided, Zones
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.flight.ports import Avoidance
+from orchard_cli.motion.yaw import PUBLISHED, STEADY, YawRule
 from orchard_cli.perception import DepthDetector, OnnxDetector, RgbdEyes
 
 if TYPE_CHECKING:
@@ -39,11 +40,27 @@ BENCH_ONLY: Mapping[str, str] = {
 """Systems for the simulator and the bench alone, and why no real vehicle flies them."""
 
 
-def demand_airworthy(system: str) -> None:
-    """Raises InputError for a system that no real vehicle may fly."""
+YAW_RULES: Mapping[str, YawRule] = {"steady": STEADY, "published": PUBLISHED}
+"""By the name that --yaw takes: the flight loop's own, and EGO-Planner's."""
+
+
+def demand_airworthy(system: str, yaw: str | None = None) -> None:
+    """Raises InputError for a system, or a rule of the yaw, that no real vehicle may fly."""
     if system in BENCH_ONLY:
         what = f"{system} does not fly a real vehicle: {BENCH_ONLY[system]}"
         raise InputError(Fault("--system", what, "fly guided, or leave --connect out"))
+    if yaw not in (None, "steady"):
+        what = f"{yaw} turns faster than the mission allows, and in steps"
+        raise InputError(Fault("--yaw", what, "leave it out, or leave --connect out"))
+
+
+def yaw_rule(choices: Choices) -> YawRule:
+    """How the nose is turned: as chosen, or as is the system's own. Raises InputError."""
+    name = choices.yaw or ("published" if choices.system == "ego-published" else "steady")
+    if name not in YAW_RULES:
+        known = ", ".join(YAW_RULES)
+        raise InputError(Fault("--yaw", f"no rule {name!r}", f"choose of {known}"))
+    return YAW_RULES[name]
 
 
 def maker(choices: Choices) -> Callable[[], Avoidance]:

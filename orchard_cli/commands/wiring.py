@@ -70,6 +70,8 @@ class Choices:
     """What the pilot chose on the command line."""
 
     system: str = "guided"
+    stops: bool = False  # in every waypoint
+    yaw: str | None = None  # rule of the nose: see systems.py; None: the system's own
     seed: int | None = None  # None: the world's
     speed_factor: float = 1.0
     camera: tuple[int, int] = (848, 480)
@@ -244,7 +246,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
     sighted = choices.rendered_camera or choices.system != "none"
     needs = maker(choices)().needs
     if not choices.rendered_camera:
-        demand_airworthy(choices.system)
+        demand_airworthy(choices.system, choices.yaw)
     refuse_unknown(choices.system, needs)
     clock = MonotonicClock()
     with contextlib.ExitStack() as stack:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from orchard_cli.model.tank import Load
 from orchard_cli.model.trajectory import Trajectory
+from orchard_cli.motion.yaw import STEADY, YawRule
 
 from .helm import Errand
 from .onboard import OnboardJob, OnboardResult
@@ -30,6 +31,7 @@ class Gear:
     truth: Truth | None = None
     sensors: Sensors | None = None
     load: Load | None = None  # the tank at take-off; None: no tank
+    yaw_rule: YawRule = STEADY
 
 
 @dataclass(frozen=True, slots=True)

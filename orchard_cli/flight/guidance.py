@@ -18,10 +18,9 @@ from orchard_cli.model.vehicle import Setpoint, VehicleState
 from orchard_cli.motion.braking import brake
 from orchard_cli.motion.situation import Avoid, Keep, Stop, Verdict
 from orchard_cli.motion.timing import PathLimits, time_path
-from orchard_cli.motion.yaw import heading_ahead, step_yaw, wrapped
+from orchard_cli.motion.yaw import STEADY, YawRule, heading_ahead, wrapped
 
-LOOK_AHEAD = 2.0  # s: the nose points to where the vehicle will be then
-YAW_ACCELERATION = 0.6  # rad/s²
+LOOK_AHEAD = 2.0  # s: at rest, the nose points along the way to be flown within this
 NEAR = 0.03  # m: closer than this a leg is not flown; the setpoint steps by as much
 SHORT = 1.0  # m: a leg so short is no reason to turn the nose along it
 ALIGNED = math.radians(4.0)
@@ -30,8 +29,9 @@ ALIGNED = math.radians(4.0)
 class Guidance:
     """Holds the active trajectory and the reference, and turns them into setpoints."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, yaw_rule: YawRule = STEADY) -> None:
         self._limits = limits
+        self._yaw_rule = yaw_rule
         self._active: Trajectory | None = None
         self._reference: Trajectory | None = None
         self._legs: list[Trajectory] = []  # each begins once we stand at its start, looking along
@@ -157,10 +157,9 @@ class Guidance:
         """The setpoint for `now`; turns the nose by the time since the last call."""
         dt = min(max(now - self._time, 1e-3), 0.1)
         self._time = now
-        self._yaw, self._yaw_rate = step_yaw(
-            self._yaw, self._yaw_rate, self._target_yaw(now), dt,
-            self._limits.yaw_rate, YAW_ACCELERATION,
-        )  # fmt: skip
+        self._yaw, self._yaw_rate = self._yaw_rule.turn(
+            self._yaw, self._yaw_rate, self._target_yaw(now), dt, self._limits.yaw_rate
+        )
         if self._active is None:
             position, velocity, acceleration = self._stand, np.zeros(3), np.zeros(3)
         else:
@@ -192,7 +191,8 @@ class Guidance:
         elif self._look is not None and self.avoiding(self._time):
             ahead = self._look
         elif self._active is not None:
-            ahead = heading_ahead(self._active, now, LOOK_AHEAD)
+            rule = self._yaw_rule
+            ahead = heading_ahead(self._active, now, rule.ahead, rule.standing)
         return self._yaw if ahead is None else ahead
 
 

@@ -12,6 +12,7 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import FlightMode, Setpoint, VehicleState
 from orchard_cli.motion.situation import Stop, Verdict
+from orchard_cli.motion.yaw import STEADY, YawRule
 
 from .guidance import Guidance
 from .safety import Hazard
@@ -32,8 +33,10 @@ class Helm:
     while the vehicle stands.
     """
 
-    def __init__(self, mission: Mission, errands: Worker[Errand, Trajectory]) -> None:
-        self.guidance = Guidance(mission.limits)
+    def __init__(
+        self, mission: Mission, errands: Worker[Errand, Trajectory], yaw_rule: YawRule = STEADY
+    ) -> None:
+        self.guidance = Guidance(mission.limits, yaw_rule)
         self.trail = Trail()
         self._speed = mission.limits.speed
         self._mission = mission.trajectory

@@ -35,7 +35,7 @@ class Flight:
         self._gear = gear
         self._vehicle = Anchored(gear.vehicle)
         self._tolerances = tolerances or Tolerances()
-        self._helm = Helm(mission, gear.errands)
+        self._helm = Helm(mission, gear.errands, gear.yaw_rule)
         self._lookout = Lookout(mission, gear, self._vehicle, self._helm)
         self._observer = Observer(
             mission, self._vehicle, self._helm, self._lookout, self._tolerances

@@ -6,6 +6,7 @@ from .notes import notes
 from .planner import measured_corner_cut, plan
 from .saving import save
 from .sorties import plan_from_home, plan_sorties
+from .stops import with_stops
 from .tasks import plan_tasks
 
 __all__ = [
@@ -22,4 +23,5 @@ __all__ = [
     "plan_tasks",
     "save",
     "schema",
+    "with_stops",
 ]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from orchard_cli.avoidance import Ego, EgoSettings
+from orchard_cli.avoidance.ego.route import goals
 from orchard_cli.model.mission import Limits
+from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.motion.situation import Avoid, Keep, Stop
 
 from ..pole_world import PoleMap, avoids, fly, situation, straight_route
@@ -127,6 +129,29 @@ def test_says_when_it_is_on_the_route_and_when_beside_it():
     assert 1 <= len(beside) < len(avoids(flight))
     for a in beside:
         assert abs(a.trajectory.at(a.rejoin + 0.5).position_site[1]) < 0.25
+
+
+def test_flies_one_goal_after_the_other_where_the_route_rests_in_between():
+    """The other published mode: nothing is planned past a goal, and each is stopped in."""
+    there, back = straight_route(20.0), straight_route(15.0, heading=np.pi / 2)
+    corner = there.control_points_site[-1] - back.control_points_site[0]
+    points = np.vstack(
+        [
+            there.control_points_site,
+            [[20.0, 0.0, 3.5]],
+            back.control_points_site + corner * [1, 1, 0],
+        ]
+    )
+    route = Trajectory(0.0, there.interval, points)
+    assert goals(route) == pytest.approx([there.end, route.end], abs=1.0)
+    poles = [(10.0, 0.1, 0.15), (20.1, 8.0, 0.15)]
+    flight = past(poles, route=route)
+    at_goal = np.linalg.norm(flight.positions - [20.0, 0.0, 3.5], axis=1) < 0.02
+    assert flight.speeds[at_goal].min() < 0.05
+    assert flight.positions[:, 0].max() < 20.0 + 1.5  # beside the pole at most
+    assert flight.clearance(poles) >= 0.35
+    assert "Stop" not in flight.kinds()
+    np.testing.assert_allclose(flight.positions[-1], route.control_points_site[-1], atol=1e-6)
 
 
 def test_begins_with_what_is_being_flown():

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orchard_cli.flight.guidance import YAW_ACCELERATION, Guidance
+from orchard_cli.flight.guidance import Guidance
 from orchard_cli.model.mission import Limits
-from orchard_cli.motion.yaw import step_yaw, wrapped
+from orchard_cli.motion.yaw import PUBLISHED, STEADY, YAW_ACCELERATION, step_yaw, wrapped
 
 from .test_safety import vehicle
 
@@ -94,3 +94,30 @@ def test_yaw_settles_on_its_target_without_overshoot(yaw, rate, target):
         assert abs(rate) <= 0.8
     assert wrapped(target - yaw) == pytest.approx(0, abs=1e-3)
     assert abs(rate) < 1e-3
+
+
+def test_the_published_yaw_turns_at_half_its_rate_and_at_all_of_it_across_the_wrap():
+    """EGO.md: the limited change, averaged with the yaw before; not where it crosses ±π."""
+    yaw, rate, turned = 0.0, 0.0, []
+    for _ in range(30):
+        yaw, rate = PUBLISHED.turn(yaw, rate, 3.0, DT, 0.8)
+        turned.append(yaw)
+    assert np.diff(turned)[:20] == pytest.approx(math.pi / 2 * DT)
+    assert rate == pytest.approx(math.pi, rel=0.01)
+    yaw, _ = PUBLISHED.turn(3.13, 0.0, -3.0, DT, 0.8)
+    assert wrapped(yaw - 3.13) == pytest.approx(math.pi * DT)
+
+
+def test_the_yaw_rule_says_how_far_ahead_the_nose_looks():
+    flown = {}
+    for rule in (STEADY, PUBLISHED):
+        guidance = Guidance(LIMITS, rule)
+        guidance.stand(vehicle(position_site=np.array([0.0, 0.0, 3.0])))
+        path = np.array([[0.0, 0, 3], [8, 0, 3], [8, 8, 3]])
+        guidance.join(guidance.timed(path), 0.0)
+        fly(guidance, 0.0, 2.0, guidance.advance)
+        guidance.begin(2.0)
+        flown[rule.ahead] = np.array([s.yaw_site for s in fly(guidance, 2.0, 25.0)])
+    assert np.argmax(flown[2.0] > 0.3) < np.argmax(flown[1.0] > 0.3)
+    assert np.abs(np.diff(flown[1.0])).max() / DT > LIMITS.yaw_rate
+    assert np.abs(np.diff(flown[2.0])).max() / DT <= LIMITS.yaw_rate + 1e-9

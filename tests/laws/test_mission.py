@@ -287,3 +287,25 @@ def test_rows_that_bend_are_said_to_be_flown_straight():
     (note,) = missions.notes(plan(what))
     assert note.startswith("1 of 2 rows bend by more than 1 m, row 1 by 2.0 m: they are flown STRA")
     assert missions.notes(plan()) == ()
+
+
+def test_with_stops_a_mission_rests_in_every_waypoint_and_keeps_its_limits():
+    mission = plan()
+    stopping = missions.with_stops(mission)
+    flown = stopping.trajectory
+    for segment in stopping.segments[:-1]:
+        state = flown.at(segment.end)
+        np.testing.assert_allclose(
+            state.position_site, mission.waypoints_site[segment.until], atol=1e-6
+        )
+        assert np.abs(state.velocity_site).max() < 1e-6
+    assert [s.leg for s in stopping.segments] == [s.leg for s in mission.segments]
+    assert stopping.segments[-1].end == pytest.approx(flown.end)
+    assert max(over_limits(flown, PathLimits.planned(mission.limits)).values()) <= 1 + TOLERANCE
+    places = flown.sample(np.arange(0.0, flown.end, 0.1))[0]
+    ends = [flown.at(time).position_site for time in (0.0, flown.end)]
+    legs = np.vstack([ends[0], mission.waypoints_site, ends[1]])
+    assert distances(places, legs).max() < 1e-3
+    assert stopping.duration > mission.duration + 3 * (len(mission.waypoints_site) - 2)
+    assert stopping.energy_share > mission.energy_share
+    assert missions.dumps(missions.loads(missions.dumps(stopping).encode(), "x"))

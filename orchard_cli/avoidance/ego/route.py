@@ -12,6 +12,7 @@ from orchard_cli.model.trajectory import MotionState, Trajectory
 
 _TICK = 0.1  # s between the places that are looked at
 _SPAN = 10.0  # s looked ahead at first
+_AT_REST = 1e-6  # m between control points
 _MEET = 2.0  # s behind the last target in which the nearest place may still lie
 
 
@@ -22,32 +23,47 @@ class Target:
     progress: float  # s on the reference's clock, of the place nearest to the vehicle
     time: float  # s on the reference's clock, of the target
     state: MotionState
-    final: bool  # whether it is the goal
+    final: bool  # whether it is the reference's end
     ahead_site: Points  # (n, 3) m, the reference from the nearest place to behind the target
 
 
+def goals(reference: Trajectory) -> Array:
+    """(n,) s: when a reference comes to rest on its way, and its end."""
+    apart = np.abs(np.diff(reference.control_points_site, axis=0)).max(axis=1)
+    rests = (apart[:-1] < _AT_REST) & (apart[1:] < _AT_REST)  # at each knot
+    begins = np.flatnonzero(rests[1:] & ~rests[:-1]) + 1
+    begins = begins[~np.array([rests[k:].all() for k in begins], dtype=np.bool_)]
+    return np.append(reference.start + begins * reference.interval, reference.end)
+
+
 def aim(
-    reference: Trajectory, here_site: Vector, progress: float, reached: float, horizon: float
+    reference: Trajectory,
+    here_site: Vector,
+    progress: float,
+    reached: float,
+    horizon: float,
+    goal: float,
 ) -> Target:
-    """The first place of the reference that is `horizon` m from here, straight, or the goal.
+    """The first place of the reference that is `horizon` m from here, straight, or the goal, s.
 
     The place nearest to here is looked for between `progress` and a little after `reached`, the
-    last target's time.
+    last target's time, but not behind the goal.
     """
     span = max(_SPAN, reached + _MEET - progress)
     while True:
         times = np.asarray(progress + _TICK * np.arange(int(span / _TICK) + 2), dtype=np.float64)
+        times = np.asarray(np.minimum(times, goal), dtype=np.float64)
         places = reference.sample(times)[0]
         away = np.linalg.norm(places - here_site, axis=1)
         within = int(np.searchsorted(times, reached + _MEET)) + 1
         nearest = int(np.argmin(away[:within]))
         far = np.flatnonzero(away[nearest:] >= horizon)
-        final = times[-1] >= reference.end and len(far) == 0
+        final = times[-1] >= goal and len(far) == 0
         if len(far) or final:
             break
         span *= 2
     first = nearest + (int(far[0]) if len(far) else len(times))
-    time = reference.end if final else min(float(times[first]), reference.end)
+    time = goal if final else min(float(times[first]), goal)
     final = time >= reference.end
     return Target(
         float(times[nearest]), time, reference.at(time), final, places[nearest : first + 20]

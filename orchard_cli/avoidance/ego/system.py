@@ -13,13 +13,14 @@ from orchard_cli.motion.stopwatch import Stopwatch
 
 from .obstacles import Obstacles, look
 from .replan import Curve, NoCurve, Task, from_previous, from_rest, load_kernels, task_pace
-from .route import Target, aim
+from .route import Target, aim, goals
 from .settings import EgoSettings
 
 
 class Ego:
     """Flies from one local curve to the next; nothing that the curve does not touch costs it.
 
+    A goal is where the reference comes to rest: the next one is aimed at when one is reached.
     Remembers the curve being flown, the one offered last, and how far along the reference it is.
     """
 
@@ -33,6 +34,8 @@ class Ego:
         self._offered: Curve | None = None
         self._stop: Trajectory | None = None  # offered last, to be at rest
         self._progress = -np.inf  # s on the reference's clock
+        self._given: Trajectory | None = None  # the reference that `_goals` is of
+        self._goals = np.empty(0)  # s on its clock, those not reached yet
         self._failures = 0
         load_kernels(self.settings)
 
@@ -46,13 +49,14 @@ class Ego:
         watch = Stopwatch()
         with watch.stage("target"):
             curve = self._flown(situation)
+            arrived = self._arrive(situation, curve)
             target = self._aim(situation, curve)
         with watch.stage("window"):
             obstacles = self._look(situation, curve, target)
         with watch.stage("check"):
             hit = self._hit(situation, curve, obstacles)
         stopped = situation.active is self._stop
-        if hit is None and not stopped and not self._due(situation, curve):
+        if hit is None and not stopped and not arrived and not self._due(situation, curve):
             return Keep(stages_ms=watch.stages_ms)
         with watch.stage("replan"):
             found = self._replan(situation, curve, target, obstacles, stopped)
@@ -72,11 +76,25 @@ class Ego:
             self._curve = Curve(active, now, now, now + ahead, reached)
         return self._curve
 
+    def _arrive(self, situation: Situation, curve: Curve) -> bool:
+        """Whether a goal on the way is reached with this frame; the next one is then aimed at."""
+        reference = situation.reference
+        if self._given is not reference:
+            self._given, self._goals = reference, goals(reference)
+        passed = self._goals[:-1] <= curve.reached
+        if situation.commit < curve.end or not passed.any():
+            return False
+        self._goals = self._goals[np.count_nonzero(passed) :]
+        return True
+
     def _aim(self, situation: Situation, curve: Curve) -> Target:
         reference = situation.reference
         here = situation.active.at(situation.commit).position_site
         progress = min(max(self._progress, reference.start), reference.end)
-        target = aim(reference, here, progress, max(curve.reached, progress), self.settings.horizon)
+        target = aim(
+            reference, here, progress, max(curve.reached, progress), self.settings.horizon,
+            float(self._goals[0]),
+        )  # fmt: skip
         self._progress = target.progress
         return target
 
@@ -104,7 +122,7 @@ class Ego:
         """Whether the curve has been flown far enough to replace it."""
         active, reference, s = situation.active, situation.reference, self.settings
         here = active.at(situation.now).position_site
-        goal = reference.at(reference.end).position_site
+        goal = reference.at(float(self._goals[0])).position_site
         if np.linalg.norm(goal - here) <= s.no_replan_within:
             return False
         began = active.at(curve.asked).position_site
