@@ -24,13 +24,22 @@ def reproduce(
         Path | None, typer.Option(help="Folder for rows.json, pictures, worlds and logs.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every flight and trial.")] = 0,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=1000, help="Flights for each column of liu2024's tables.")
+    ] = 5,
+    workers: Annotated[int, typer.Option(min=1, max=256, help="Of those, at once.")] = 1,
     reuse: Annotated[
-        bool, typer.Option("--reuse", help="Measure the logs that lie in --out already.")
+        bool,
+        typer.Option("--reuse", help="Measure logs in --out, whatever code or inputs flew them."),
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
-    """Measure a paper's tables again: paper | ours | difference."""
+    """Measure a paper's tables again: paper | ours | difference.
+
+    With --out a run that was broken off goes on: what was flown with the same inputs and code is
+    not flown again.
+    """
     from .reproduction.desk import Desk
     from .reproduction.registry import chosen, papers
     from .reproduction.rows import document
@@ -39,7 +48,7 @@ def reproduce(
     rows: list[Row] = []
     with _folder(out) as folder:
         for one, tables in wanted:
-            desk = Desk(folder / one.name, seed, again=not reuse, quiet=quiet)
+            desk = Desk(folder / one.name, seed, reuse, quiet, seeds, workers)
             desk.folder.mkdir(parents=True, exist_ok=True)
             found = [row for measure in tables.values() for row in measure(desk)]
             rows += found
@@ -75,6 +84,7 @@ def _show(title: str, rows: list[Row]) -> None:
     shown.add_column("note", overflow="fold")
     for row in rows:
         figures = ["-" if value is None else f"{value:.4g}" for value in (row.paper, row.ours)]
+        figures[1] += f" ({row.spread})" if row.spread else ""
         cells = (row.table, row.row, row.column, *figures, difference(row), row.unit, row.note)
         shown.add_row(*cells)
     Console().print(shown)

@@ -161,14 +161,13 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
         world, mission.orchard.origin, position, yaw, _settings(choices), mission.takeoff_ground
     )
     camera = _eyes(choices, simulator.camera, simulator.vehicle)
-    cycle = onboard(mission, choices, camera.model).cycle
     try:
         yield Equipment(
             vehicle=simulator.vehicle,
             camera=camera,
             clock=simulator.clock,
             guard=NoGuard(),
-            worker=InlineWorker(cycle),
+            worker=InlineWorker(onboard(mission, choices, camera.model).cycle),
             errands=InlineWorker(_run),
             tolerances=Tolerances(),
             truth=simulator.truth,

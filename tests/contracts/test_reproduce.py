@@ -2,12 +2,14 @@
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from orchard_cli.analysis.paper import Published
 from orchard_cli.commands.app import app
-from orchard_cli.commands.reproduction import registry
+from orchard_cli.commands.reproduction import flights, liu2024, registry
 from orchard_cli.commands.reproduction.ahmed_fields import (
     COURSES,
     POLE,
@@ -17,7 +19,9 @@ from orchard_cli.commands.reproduction.ahmed_fields import (
     world,
 )
 from orchard_cli.commands.reproduction.desk import Desk
+from orchard_cli.commands.reproduction.flights import Outcome
 from orchard_cli.commands.reproduction.rows import Row, difference, document
+from orchard_cli.commands.wiring import Choices
 from orchard_cli.errors import InputError
 from orchard_cli.simulator.world_file import parse
 
@@ -49,6 +53,50 @@ def test_rows_hold_no_number_that_json_has_not():
     ]  # fmt: skip
     assert difference(row) == ""
     assert difference(Row("t", "r", "c", 2.0, 3.0, "m")) == "+1 (+50 %)"
+
+
+def test_several_flights_are_told_by_their_median_and_their_spread():
+    flown = [Outcome(str(k), {"duration_s": value}) for k, value in enumerate((3.0, 1.0, 2.5))]
+    flown.append(Outcome("3", {"duration_s": "the last waypoint was not reached"}))
+    paper = Published("paper", "source", {"duration_s": 2.0})
+    row = liu2024._rows("Table 1", "guided", paper, flown)[0]
+    assert (row.ours, row.low, row.high) == (2.5, 1.0, 3.0)
+    (entry, *_) = document([row])["rows"]
+    assert sorted(entry) == ["column", "note", "ours", "paper", "row", "table", "unit"]
+    assert "median of 3 flights, 1 to 3" in entry["note"]
+    assert "3: the last waypoint was not reached" in entry["note"]
+
+
+def test_what_was_flown_with_the_same_inputs_is_not_flown_again(monkeypatch, tmp_path):
+    flown = []
+
+    def fly_mission(mission, choices, log, *args, **kwargs):
+        flown.append(log.name)
+        log.write_bytes(b"a log")
+        if choices.seed == 7:
+            raise RuntimeError("a bug")
+
+    monkeypatch.setattr("orchard_cli.commands.fly.fly_mission", fly_mission)
+    monkeypatch.setattr(flights, "_measure", lambda task: {"duration_s": 1.0, "b": "not there"})
+
+    def outcome(seed=1, world="a", reuse=False):
+        mission = Path(liu2024.__file__).parents[3] / "missions/lemon-field.mission.json"
+        task = flights.Task(
+            tmp_path, f"one-{seed}", mission.read_text(), world, Choices(seed=seed), reuse
+        )
+        return flights.fly_and_measure(task)
+
+    first = outcome()
+    assert outcome() == first == Outcome("one-1", {"duration_s": 1.0, "b": "not there"})
+    assert flown == ["one-1.mcap"]
+    outcome(world="b")
+    assert flown == ["one-1.mcap"] * 2  # another world
+    outcome(world="c", reuse=True)
+    assert len(flown) == 2
+    broken = outcome(seed=7)
+    assert broken.why_not("duration_s") == "RuntimeError: a bug"
+    outcome(seed=7)
+    assert flown[2:] == ["one-7.mcap"] * 2  # it was not flown to its end
 
 
 def test_json_is_the_only_thing_on_stdout_and_out_keeps_it(monkeypatch, tmp_path):

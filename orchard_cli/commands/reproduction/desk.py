@@ -1,7 +1,8 @@
-"""Where a reproduction works: its folder, its seed, and flights that are flown once."""
+"""Where a reproduction works: its folder, its seeds, and flights that are flown once."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,16 +14,20 @@ if TYPE_CHECKING:
     from orchard_cli.commands.wiring import Choices
     from orchard_cli.model.mission import Mission
 
+    from .flights import Outcome, Task
+
 
 @dataclass(frozen=True, slots=True)
 class Desk:
-    """One run of `orchard reproduce`. What is made lies in `folder`; logs there are not flown again
-    when `again` is False and they are whole."""
+    """One run of `orchard reproduce`. What is made lies in `folder`; a flight whose log is there,
+    flown with the same inputs, is not flown again."""
 
     folder: Path
     seed: int = 0
-    again: bool = True
+    reuse: bool = False  # logs in `folder`, whatever they were flown with
     quiet: bool = False
+    seeds: int = 1  # flights of each kind, from `seed` on, in tables that are of several
+    workers: int = 1
 
     def say(self, text: str) -> None:
         """Progress, to stderr."""
@@ -36,13 +41,22 @@ class Desk:
         """
         from orchard_cli.commands.analyze import draw
         from orchard_cli.commands.analyze_logs import measured
-        from orchard_cli.commands.fly import fly_mission
 
-        world, log = self.folder / f"{name}.world.toml", self.folder / f"{name}.mcap"
-        if self.again or not log.exists() or not world.exists():
-            self.say(f"flying {name}")
-            world.write_text(world_toml, encoding="utf-8")
-            fly_mission(mission, choices, log, world, lockstep=True, quiet=True, overwrite=True)
-        flight = measured(log)
+        from .flights import Task, fly
+
+        self.say(f"flying {name}")
+        task = Task.of(self.folder, name, mission, world_toml, choices, self.reuse)
+        fly(task)
+        flight = measured(task.log)
         draw(self.folder / f"{name}.png", [flight])
         return flight
+
+    def fly_all(self, tasks: Sequence[Task]) -> list[Outcome]:
+        """Fly and measure tasks, several at once; the same for any number of workers."""
+        from orchard_cli.commands.pool import spread
+
+        from .flights import fly_and_measure
+
+        found = spread(fly_and_measure, tasks, self.workers, doing="flying", quiet=self.quiet)
+        by_name = {outcome.name: outcome for outcome in found}
+        return [by_name[task.name] for task in tasks]

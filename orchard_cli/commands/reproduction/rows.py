@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 SCHEMA = "orchard-reproduce/1"
@@ -21,6 +21,9 @@ class Row:
     ours: float | None
     unit: str
     note: str = ""  # why it differs, or how it was measured
+    flights: int = 1  # of which `ours` is the median
+    low: float | None = None  # least and greatest of several flights
+    high: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("paper", "ours"):
@@ -29,10 +32,24 @@ class Row:
                 number = float(value)
                 object.__setattr__(self, name, number if math.isfinite(number) else None)
 
+    @property
+    def spread(self) -> str:
+        """Least to greatest; empty for one flight."""
+        return "" if self.low is None else f"{self.low:.4g} to {self.high:.4g}"
+
+
+_KEYS = ("table", "row", "column", "paper", "ours", "unit")
+
 
 def document(rows: Sequence[Row]) -> dict[str, Any]:
-    """What `--json` prints."""
-    return {"schema": SCHEMA, "rows": [asdict(row) for row in rows]}
+    """What `--json` prints: of several flights the median, and their spread in the note."""
+    return {"schema": SCHEMA, "rows": [_entry(row) for row in rows]}
+
+
+def _entry(row: Row) -> dict[str, Any]:
+    of = f"median of {row.flights} flights, {row.spread}" if row.spread else ""
+    found = {key: getattr(row, key) for key in _KEYS}
+    return {**found, "note": "; ".join(filter(None, (of, row.note)))}
 
 
 def difference(row: Row) -> str:
