@@ -41,6 +41,7 @@ class Field:
     name: str
     density: float  # poles per m²
     forced: bool  # a pole stands in the way
+    free_target: float = FREE_TARGET  # m around the target to a pole's surface
 
 
 FIELDS = (
@@ -115,7 +116,7 @@ def _poles(field: Field, nose: Points, random: np.random.Generator) -> Points:
         forced = random.uniform(*AHEAD) * nose + random.uniform(-BESIDE, BESIDE) * side
         poles = np.vstack([forced, poles])
     clear = np.hypot(*poles.T) >= FREE_START
-    clear &= np.hypot(*(poles - TARGET * nose).T) >= FREE_TARGET + RADIUS
+    clear &= np.hypot(*(poles - TARGET * nose).T) >= field.free_target + RADIUS
     if field.forced:
         clear[0] = True
     return np.asarray(poles[clear])

@@ -15,7 +15,7 @@ from orchard_cli.errors import Fault, InputError
 from .desk import Desk
 from .rows import Row
 
-PAPERS: tuple[str, ...] = ("liu2024", "wang2020", "huang2021", "ahmed2022")
+PAPERS: tuple[str, ...] = ("liu2024", "wang2020", "huang2021", "ahmed2022", "zhou2020")
 ALL = "all"
 
 Table = Callable[[Desk], list[Row]]
