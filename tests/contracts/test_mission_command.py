@@ -35,7 +35,7 @@ def test_json_is_one_document_on_stdout_with_the_promised_keys(tmp_path):
     assert figures["waypoints"] == 10
     assert figures["duration_s"] == round(mission.duration, 2)
     assert figures["control_points"] == 449
-    assert 0 < figures["corner_cut_m"] <= 1.0
+    assert 0 < figures["corner_cut_m"] <= 1.5
     assert figures["energy_share"] == round(mission.energy_share, 4)
 
 
