@@ -6,11 +6,9 @@ import math
 
 import numpy as np
 
-from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import NewTrajectory, Severity
 from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.tank import Load
-from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import VehicleState
 from orchard_cli.motion.situation import Avoid, Keep
 
@@ -19,7 +17,6 @@ from .gear import Gear
 from .helm import Helm
 from .inbox import Inbox
 from .onboard import OnboardJob, OnboardResult
-from .skipped import skipped
 
 COMMIT = 0.3  # s: an avoidance begins at least this much after it was asked for
 POSES_BEFORE = 0.2  # s before a frame from which poses are handed over with it
@@ -28,8 +25,7 @@ POSES_BEFORE = 0.2  # s before a frame from which poses are handed over with it
 class Lookout:
     """The loop's eyes. Touches the helm only with answers that came in time."""
 
-    def __init__(self, mission: Mission, gear: Gear, vehicle: Anchored, helm: Helm) -> None:
-        self._mission = mission
+    def __init__(self, gear: Gear, vehicle: Anchored, helm: Helm) -> None:
         self._gear = gear
         self._vehicle = vehicle
         self._helm = helm
@@ -103,16 +99,5 @@ class Lookout:
             self._gear.reporter.say(now, Severity.WARNING, f"too late to be flown: {verdict.why}")
         after = self._helm.guidance.active
         if after is not None and after is not before:
-            self._tell_skipped(before, after, now)
             guide = verdict.guide_site if isinstance(verdict, Avoid) else np.empty((0, 3))
             self._gear.recorder.write(NewTrajectory(now, after, guide, verdict.why))
-
-    def _tell_skipped(self, before: Trajectory | None, after: Trajectory, now: float) -> None:
-        gone = (
-            ()
-            if before is None or self._helm.guidance.blocked
-            else skipped(self._mission, before, after, now)
-        )
-        for number in gone:
-            text = f"the way round does not come to waypoint {number}: it is left out"
-            self._gear.reporter.say(now, Severity.WARNING, text)

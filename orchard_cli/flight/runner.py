@@ -17,6 +17,7 @@ from .gear import Ending, Gear
 from .helm import Helm
 from .lookout import Lookout
 from .observer import Observer
+from .passage import Passage
 from .phases import begin, step
 from .safety import Phase, Request, Seen, Tolerances
 from .spray import spray
@@ -36,11 +37,12 @@ class Flight:
         self._vehicle = Anchored(gear.vehicle)
         self._tolerances = tolerances or Tolerances()
         self._helm = Helm(mission, gear.errands, gear.yaw_rule)
-        self._lookout = Lookout(mission, gear, self._vehicle, self._helm)
+        self._lookout = Lookout(gear, self._vehicle, self._helm)
         self._observer = Observer(
             mission, self._vehicle, self._helm, self._lookout, self._tolerances
         )
         self._gauge = Gauge(gear.load, gear.vehicle.pump)
+        self._passage = Passage(mission.waypoints_site)
         self._refused: str | None = None
         self._asked: tuple[Request, float] | None = None
         self._streaming = False
@@ -93,6 +95,7 @@ class Flight:
             severity = Severity.INFO if after.as_planned else Severity.WARNING
             change = f"{stage.phase.value} -> {after.phase.value}"
             self._gear.reporter.say(now, severity, f"{change}: {after.why}")
+        self._pass(stage.phase, seen, now)
         self._act(decision, state, now)
         self._tell(decision, seen, now)
         return after
@@ -104,6 +107,15 @@ class Flight:
             self._gear.reporter.say(now, Severity.WARNING, str(jump))
             if jump.turned and state is not None:
                 self._helm.guidance.face(state.yaw_site)
+
+    def _pass(self, phase: Phase, seen: Seen, now: float) -> None:
+        """Tell of waypoints that are left out."""
+        if seen.vehicle is None or phase not in (Phase.ROUTE, Phase.AVOIDANCE):
+            return
+        missed = self._passage.missed(seen.vehicle.position_site)
+        for number in missed + (self._passage.rest() if seen.route_done else ()):
+            text = f"waypoint {number} was not come to: it is left out"
+            self._gear.reporter.say(now, Severity.WARNING, text)
 
     def _hear(self, now: float) -> None:
         """Answers of the autopilot, and requests of the operator."""

@@ -8,7 +8,7 @@ import pytest
 
 from orchard_cli.analysis.figures import Unknown
 from orchard_cli.analysis.stream import setpoint_jitter, waypoints_missed
-from orchard_cli.flight.skipped import skipped
+from orchard_cli.flight.passage import Passage
 from orchard_cli.model.trajectory import Trajectory
 
 WAYPOINTS = np.array([[0.0, 0.0, 3.0], [10.0, 0.0, 3.0], [10.0, 6.0, 3.0], [0.0, 6.0, 3.0]])
@@ -27,16 +27,27 @@ def along(*corners):
 ROUTE = along((0, 0), (10, 0), (10, 6), (0, 6))
 
 
-def test_a_missed_waypoint_is_named_when_the_way_round_is_taken():
-    short = along((0, 0), (6, 0), (6, 6), (0, 6))
-    beside = along((0, 0), (9, -1.2), (11, 4), (10, 6), (0, 6))
-    assert skipped(MISSION, ROUTE, short, 3.0) == (2, 3)
-    assert skipped(MISSION, ROUTE, beside, 3.0) == ()
-    assert skipped(MISSION, ROUTE, ROUTE, 3.0) == ()
+def missed(waypoints, way):
+    passage = Passage(waypoints)
+    places = way.sample(np.arange(0.0, way.end, 0.1))[0]
+    return [*(number for place in places for number in passage.missed(place)), *passage.rest()]
 
 
-def test_waypoints_that_lie_behind_are_not_missed():
-    assert skipped(MISSION, ROUTE, along((10, 6), (0, 6)).shifted(17.0), 17.0) == ()
+def test_only_a_waypoint_that_is_truly_left_out_is_told_and_once():
+    assert missed(WAYPOINTS, ROUTE) == []
+    assert missed(WAYPOINTS, along((0, 0), (9, -1.2), (11, 4), (10, 6), (0, 6))) == []
+    assert missed(WAYPOINTS, along((0, 0), (7, 0), (7.5, 4), (10, 6), (0, 6))) == [2]
+    assert missed(WAYPOINTS, along((0, 0), (6, 0), (6, 6), (0, 6))) == [2, 3]
+
+
+def test_an_aside_that_comes_back_leaves_nothing_out():
+    aside = along((0, 0), (4, 0), (4, 3), (6, 3), (6, 0), (10, 0), (10, 6), (0, 6))
+    assert missed(WAYPOINTS, aside) == []
+
+
+def test_rows_so_close_that_the_next_ones_end_is_within_reach_leave_nothing_out():
+    close = np.array([[0, 0, 3], [10, 0, 3], [10, 1.5, 3], [0, 1.5, 3], [0, 3, 3], [10, 3, 3.0]])
+    assert missed(close, along(*close[:, :2])) == []
 
 
 @pytest.mark.parametrize(("way", "missed"), [(ROUTE, 0), (along((0, 0), (6, 0), (0, 6)), 2)])
