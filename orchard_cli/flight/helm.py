@@ -62,7 +62,7 @@ class Helm:
             self._on_route = False
         if engaged:
             changed = before is not decision.steer or cause is not self._cause
-            self._move(decision.steer, changed, now)
+            self._move(decision, changed, now)
             if not self._homing:
                 self.trail.add(state.position_site)
         return self.guidance.setpoint(now)
@@ -80,8 +80,8 @@ class Helm:
             self._remember(before, now)
         return taken
 
-    def _move(self, steer: Steer, changed: bool, now: float) -> None:
-        guidance = self.guidance
+    def _move(self, decision: Decision, changed: bool, now: float) -> None:
+        guidance, steer = self.guidance, decision.steer
         if steer is Steer.STAND:
             if changed and self._cause is not Hazard.BLOCKED:
                 self._interrupt(now)
@@ -92,12 +92,21 @@ class Helm:
             self._on_route = True
         elif steer is Steer.GO_BACK:
             self._go_back(now)
+        elif steer is Steer.DIVERT and decision.stage.place_site is not None:
+            self._divert(decision.stage.place_site, changed, now)
 
     def _go_back(self, now: float) -> None:
         if not self._homing:
             self._interrupt(now)
             self._homing = True
         self._join("home", self._home, now)
+        if self.guidance.joined(now):
+            self.guidance.begin(now)
+
+    def _divert(self, place_site: tuple[float, float], begins: bool, now: float) -> None:
+        if begins:
+            self._interrupt(now)
+        self._join("haven", lambda: self._straight(place_site), now)
         if self.guidance.joined(now):
             self.guidance.begin(now)
 
@@ -131,6 +140,11 @@ class Helm:
 
     def _home(self) -> Errand:
         path = self.trail.home(self.guidance.position(math.inf))
+        return lambda: self.guidance.timed(path)
+
+    def _straight(self, place_site: tuple[float, float]) -> Errand:
+        here = self.guidance.position(math.inf)
+        path = np.stack([here, np.array([*place_site, here[2]])])
         return lambda: self.guidance.timed(path)
 
     def _interrupt(self, now: float) -> None:

@@ -14,10 +14,12 @@ from orchard_cli.motion.situation import Avoid, Keep
 
 from .anchored import Anchored
 from .gear import Gear
+from .haven import Haven
 from .helm import Helm
 from .inbox import Inbox
 from .onboard import OnboardJob, OnboardResult
 
+HAVEN_AGE = 3.0  # s for which a place to come down is believed to be free
 COMMIT = 0.3  # s: an avoidance begins at least this much after it was asked for
 POSES_BEFORE = 0.2  # s before a frame from which poses are handed over with it
 
@@ -32,6 +34,7 @@ class Lookout:
         self._inbox = Inbox()
         self._sensed = Sensed()
         self._planned = -math.inf  # s, when somebody was last seen to look ahead
+        self._haven: tuple[Haven | None, float] = (None, -math.inf)
         self._widening = 0.0  # m on top of the clearance
 
     def frame_age(self, now: float) -> float:
@@ -41,6 +44,11 @@ class Lookout:
     def planner_age(self, now: float) -> float:
         """s since the newest answer in time."""
         return now - self._planned
+
+    def haven(self, now: float) -> Haven | None:
+        """A place to come down early that was found lately; None: there is none."""
+        haven, found = self._haven
+        return haven if now - found <= HAVEN_AGE else None
 
     def look(self, now: float) -> None:
         """Take the newest frame and the newest scans, and log what is new."""
@@ -69,6 +77,8 @@ class Lookout:
             self._gear.reporter.say(now, Severity.ERROR, f"onboard cycle failed: {result!r}")
         elif result is not None:
             self._gear.reporter.onboard(result)
+            if result.occupied is not None:
+                self._haven = (result.haven, now)
             self._take(result, now)
         frame = self._inbox.take(state.time) if state is not None and worker.idle() else None
         if frame is None or state is None:

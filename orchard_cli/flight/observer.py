@@ -103,6 +103,7 @@ class Observer:
             since_jump=now - self._jumped,
             margins=self._margins(state),
             strayed=float(np.linalg.norm(self._vehicle.shift_site)),
+            haven=self._lookout.haven(now),
             request=request,
             refused=refused,
         )

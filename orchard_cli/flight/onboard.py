@@ -21,6 +21,7 @@ from orchard_cli.model.vehicle import Pose, VehicleState
 from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
 
 from .boundary import bounded
+from .haven import Haven, Havens
 from .ports import Avoidance
 from .tracking import widened
 
@@ -53,19 +54,27 @@ class OnboardResult:
     verdict: Verdict
     record: PlannerRecord
     occupied: OccupiedCells | None
+    haven: Haven | None = None  # where to come down early; looked for as often as the map is told
 
 
 class Onboard:
     """Owns the map and asks the avoidance system; called by one worker, one job at a time."""
 
     def __init__(
-        self, grid: OccupancyGrid, avoidance: Avoidance, limits: Limits, area: Area | None = None
+        self,
+        grid: OccupancyGrid,
+        avoidance: Avoidance,
+        limits: Limits,
+        area: Area | None = None,
+        havens: Havens | None = None,
     ) -> None:
-        """What would leave `area` is not flown; None: no fence and no keep-outs."""
+        """What would leave `area` is not flown; None: no fence and no keep-outs. `havens` looks for
+        places to come down early; None: they are not looked for."""
         self._grid = grid
         self._avoidance = avoidance
         self._limits = limits
         self._area = area or Area(np.empty((0, 2)))
+        self._havens = havens
         self._mapped = -MAP_PERIOD
 
     def cycle(self, job: OnboardJob) -> OnboardResult:
@@ -116,8 +125,10 @@ class Onboard:
         stages: Mapping[str, float],
         began: float,
     ) -> OnboardResult:
+        due = job.now - self._mapped >= MAP_PERIOD
+        if due:
+            self._mapped = job.now
         words = {Keep: "keep", Avoid: "avoid", Stop: "stop"}
-        occupied = self._occupied(job)
         record = PlannerRecord(
             time=job.now,
             frame_time=job.frame.time,
@@ -126,12 +137,14 @@ class Onboard:
             blocked_at=verdict.blocked_at,
             stages_ms={**stages, "cycle": (perf_counter() - began) * 1e3},
         )
-        return OnboardResult(job, mapped, verdict, record, occupied)
+        occupied, haven = (self._occupied(job), self._haven(job)) if due else (None, None)
+        return OnboardResult(job, mapped, verdict, record, occupied, haven)
 
-    def _occupied(self, job: OnboardJob) -> OccupiedCells | None:
-        if job.now - self._mapped < MAP_PERIOD:
-            return None
-        self._mapped = job.now
+    def _haven(self, job: OnboardJob) -> Haven | None:
+        here = job.vehicle.position_site
+        return None if self._havens is None else self._havens.nearest(here, self._grid)
+
+    def _occupied(self, job: OnboardJob) -> OccupiedCells:
         centre = job.vehicle.position_site
         cells = self._grid.occupied_cells(centre, MAP_RADIUS)
         return OccupiedCells(job.now, cells, self._grid.settings.cell)

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from orchard_cli.model.vehicle import Command, FlightMode
 
-from .rules import RULES, off_plan
+from .rules import RULES, off_plan, settled
 from .safety import MODES_ASKED, TABLE, Hazard, Phase, Seen, Tolerances, hazards, reaction
 from .stage import Decision, Stage, Steer
 
@@ -35,6 +35,7 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
         after = replace(off_plan(stage, target, now, why), cause=hazard)
     else:
         after = RULES[stage.phase](stage, seen, now, tolerances)
+    after = settled(stage, after, seen, tolerances)
     after = replace(after, engaged=_engaged(stage, after, seen, tolerances))
     command = _WANTED.get(after.phase, _nothing)(after, seen)
     if command is not None and (command is not after.asked or now - after.asked_at > ASK_AGAIN):
@@ -96,6 +97,7 @@ _WANTED: dict[Phase, Callable[[Stage, Seen], Command | None]] = {
     Phase.RESUME: _offboard,
     Phase.HOLD: _offboard,
     Phase.RETURN: _offboard,
+    Phase.DIVERT: _offboard,
     Phase.LANDING: _land,
 }
 _STEERS = {
@@ -104,6 +106,7 @@ _STEERS = {
     Phase.AVOIDANCE: Steer.FOLLOW,
     Phase.HOLD: Steer.STAND,
     Phase.RETURN: Steer.GO_BACK,
+    Phase.DIVERT: Steer.DIVERT,
 }
 
 

@@ -18,6 +18,7 @@ JOIN_LIMIT = 45.0
 HOLD_LIMIT = 30.0  # s to wait for a cause to go away before returning
 CHOICE_LIMIT = 120.0  # s to wait for the operator's choice before returning
 LANDING_LIMIT = 120.0
+DIVERT_LIMIT = 30.0  # s to get to the place to come down on
 AWAKE = 0.3  # s: nothing older counts as fresh when deciding to go on
 CALMED = 0.8  # of the tracking tolerance, at which it counts as kept again
 CALM = 2.0  # s of holding at least
@@ -38,7 +39,7 @@ def to(stage: Stage, phase: Phase, now: float, why: str) -> Stage:
 
 def off_plan(stage: Stage, phase: Phase, now: float, why: str) -> Stage:
     """The next stage; phases that end a flight early mark it so."""
-    early = phase in (Phase.RETURN, Phase.LANDING, Phase.PILOT, Phase.ENDED)
+    early = phase in (Phase.RETURN, Phase.DIVERT, Phase.LANDING, Phase.PILOT, Phase.ENDED)
     after = to(stage, phase, now, why)
     return replace(after, as_planned=stage.as_planned and not early)
 
@@ -139,6 +140,27 @@ def _awake(seen: Seen, tolerances: Tolerances) -> bool:
     return fresh and follows and seen.since_jump > CALM and seen.margins.ahead >= 0
 
 
+_EARLY = {Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE, Phase.HOLD, Phase.RETURN}
+
+
+def settled(before: Stage, after: Stage, seen: Seen, tolerances: Tolerances) -> Stage:
+    """A landing out of turn, at a free place near by where one is known; else as it was decided.
+
+    It is gone to by those alone that see, follow and have not fallen.
+    """
+    home = seen.route_done and after.cause is None
+    if after.phase is not Phase.LANDING or before.phase not in _EARLY or home:
+        return after
+    able = _awake(seen, tolerances) and after.cause is not Hazard.FALLEN
+    if seen.haven is None or not able:
+        return replace(after, why=f"{after.why}; where it is, no place near by is known to be free")
+    if not seen.haven.away:
+        return after
+    why = f"{after.why}; on a free place {seen.haven.away:.1f} m away"
+    place = seen.haven.place_site
+    return replace(after, phase=Phase.DIVERT, why=why, place_site=place)
+
+
 def _give_up(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage:
     """Back the way it came, which was seen free; without eyes, or held there too, down."""
     able = _awake(seen, tolerances) and not stage.returning
@@ -151,6 +173,13 @@ def _return(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Sta
     del tolerances
     if seen.route_done:
         return off_plan(stage, Phase.LANDING, now, f"back at the take-off point: {stage.why}")
+    return stage
+
+
+def _divert(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage:
+    del tolerances
+    if seen.route_done or now - stage.since > DIVERT_LIMIT:
+        return off_plan(stage, Phase.LANDING, now, stage.why)
     return stage
 
 
@@ -188,6 +217,7 @@ RULES: dict[Phase, Callable[[Stage, Seen, float, Tolerances], Stage]] = {
     Phase.AVOIDANCE: _route,
     Phase.HOLD: _hold,
     Phase.RETURN: _return,
+    Phase.DIVERT: _divert,
     Phase.LANDING: _landing,
     Phase.PILOT: _pilot,
     Phase.ENDED: _ended,

@@ -13,6 +13,7 @@ from enum import Enum
 from orchard_cli.model.vehicle import FlightMode, VehicleState
 
 from .boundary import NO_EDGE, Margins
+from .haven import Haven
 from .tracking import STEADY, Tracking
 
 
@@ -26,6 +27,7 @@ class Phase(Enum):
     AVOIDANCE = "avoidance"
     HOLD = "hold"
     RETURN = "return"
+    DIVERT = "diverting"  # to a free place near by, to land there
     LANDING = "landing"
     PILOT = "pilot"  # somebody or something else flies: keep quiet
     ENDED = "ended"
@@ -58,29 +60,29 @@ STAY = None
 _P = Phase
 _COLUMNS = (
     _P.PREFLIGHT, _P.TAKEOFF, _P.RESUME, _P.ROUTE, _P.AVOIDANCE,
-    _P.HOLD, _P.RETURN, _P.LANDING, _P.PILOT, _P.ENDED,
+    _P.HOLD, _P.RETURN, _P.DIVERT, _P.LANDING, _P.PILOT, _P.ENDED,
 )  # fmt: skip
-_HOLD, _BACK, _LAND, _OUT, _OVER = _P.HOLD, _P.RETURN, _P.LANDING, _P.PILOT, _P.ENDED
+HOLD, BACK, LAND, EXIT, OVER = _P.HOLD, _P.RETURN, _P.LANDING, _P.PILOT, _P.ENDED
 _ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
-    # hazard                PREFLIGHT TAKEOFF RESUME ROUTE AVOID  HOLD   RETURN LANDING PILOT ENDED
-    Hazard.PILOT:            (STAY,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  _OUT,  STAY, STAY),
-    Hazard.CRASHED:          (STAY,  _OVER, _OVER, _OVER, _OVER, _OVER, _OVER, STAY,  STAY, STAY),
-    Hazard.FALLEN:           (STAY,  STAY,  _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
-    Hazard.LAND_ASKED:       (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
-    Hazard.BATTERY_CRITICAL: (_OVER, _LAND, _LAND, _LAND, _LAND, _LAND, _LAND, STAY,  STAY, STAY),
-    Hazard.LINK_SILENT:      (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
-    Hazard.CROSSED:          (STAY,  _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
-    Hazard.RETURN_ASKED:     (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
-    Hazard.BATTERY_LOW:      (_OVER, _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
-    Hazard.STRAYED:          (STAY,  _LAND, _BACK, _BACK, _BACK, _BACK, STAY,  STAY,  STAY, STAY),
-    Hazard.HOLD_ASKED:       (_OVER, _LAND, _HOLD, _HOLD, _HOLD, _HOLD, _HOLD, STAY,  STAY, STAY),
-    Hazard.EDGE_NEAR:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  STAY,  STAY,  STAY, STAY),
-    Hazard.JUMPED:           (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
-    Hazard.OFF_TRACK:        (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
-    Hazard.TRACKING:         (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  STAY,  STAY,  STAY, STAY),
-    Hazard.FRAME_LATE:       (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
-    Hazard.PLANNER_LATE:     (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
-    Hazard.BLOCKED:          (STAY,  STAY,  _HOLD, _HOLD, _HOLD, STAY,  _HOLD, STAY,  STAY, STAY),
+    # hazard                  PREF  TAKE  RESU  ROUT  AVOI  HOLD  RETU  DIVE  LAND  PILO  ENDE
+    Hazard.PILOT:            (STAY, EXIT, EXIT, EXIT, EXIT, EXIT, EXIT, EXIT, EXIT, STAY, STAY),
+    Hazard.CRASHED:          (STAY, OVER, OVER, OVER, OVER, OVER, OVER, OVER, STAY, STAY, STAY),
+    Hazard.FALLEN:           (STAY, STAY, LAND, LAND, LAND, LAND, LAND, LAND, STAY, STAY, STAY),
+    Hazard.LAND_ASKED:       (OVER, LAND, LAND, LAND, LAND, LAND, LAND, LAND, STAY, STAY, STAY),
+    Hazard.BATTERY_CRITICAL: (OVER, LAND, LAND, LAND, LAND, LAND, LAND, STAY, STAY, STAY, STAY),
+    Hazard.LINK_SILENT:      (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.CROSSED:          (STAY, LAND, BACK, BACK, BACK, BACK, STAY, LAND, STAY, STAY, STAY),
+    Hazard.RETURN_ASKED:     (OVER, LAND, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
+    Hazard.BATTERY_LOW:      (OVER, LAND, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
+    Hazard.STRAYED:          (STAY, LAND, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
+    Hazard.HOLD_ASKED:       (OVER, LAND, HOLD, HOLD, HOLD, HOLD, HOLD, HOLD, STAY, STAY, STAY),
+    Hazard.EDGE_NEAR:        (STAY, STAY, HOLD, HOLD, HOLD, STAY, STAY, LAND, STAY, STAY, STAY),
+    Hazard.JUMPED:           (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.OFF_TRACK:        (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.TRACKING:         (STAY, STAY, HOLD, HOLD, HOLD, STAY, STAY, LAND, STAY, STAY, STAY),
+    Hazard.FRAME_LATE:       (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.PLANNER_LATE:     (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.BLOCKED:          (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
 }  # fmt: skip
 TABLE: dict[tuple[Phase, Hazard], Phase | None] = {
     (phase, hazard): cell
@@ -138,6 +140,7 @@ class Seen:
     margins: Margins = NO_EDGE  # from fence and keep-outs
     since_jump: float = math.inf  # s since the position estimate jumped
     strayed: float = 0.0  # m by which it has jumped since arming, in all
+    haven: Haven | None = None  # a free place near by, to come down on early
     request: Request | None = None
     tracking: Tracking = STEADY  # how far it strays beside what it is told to fly
     refused: str | None = None  # what the autopilot said when it last refused
@@ -150,6 +153,7 @@ _OURS = {  # modes that this program itself brings about, by phase
     Phase.AVOIDANCE: {FlightMode.OFFBOARD},
     Phase.HOLD: {FlightMode.OFFBOARD, FlightMode.HOLD, FlightMode.TAKEOFF},
     Phase.RETURN: {FlightMode.OFFBOARD, FlightMode.HOLD},
+    Phase.DIVERT: {FlightMode.OFFBOARD, FlightMode.HOLD},
     Phase.LANDING: {FlightMode.OFFBOARD, FlightMode.HOLD, FlightMode.TAKEOFF, FlightMode.LAND},
 }
 
@@ -158,6 +162,7 @@ MODES_ASKED = {  # once the mode that a phase asks for was seen in it, every oth
     Phase.RESUME: FlightMode.OFFBOARD,
     Phase.HOLD: FlightMode.OFFBOARD,
     Phase.RETURN: FlightMode.OFFBOARD,
+    Phase.DIVERT: FlightMode.OFFBOARD,
     Phase.LANDING: FlightMode.LAND,
 }
 

@@ -18,6 +18,7 @@ class Steer(Enum):
     JOIN = "join"  # go to the route's next point and look along it
     FOLLOW = "follow"  # fly the route
     GO_BACK = "go back"  # fly the way home
+    DIVERT = "divert"  # go straight to the stage's place
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,7 @@ class Stage:
     returning: bool = False  # on the way home, also while held there
     engaged: bool = False  # the autopilot was seen in the mode that the phase asks for
     holds: int = 0  # holds so far
+    place_site: tuple[float, float] | None = None  # m, where it diverts to
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .autopilot.battery import Pack
 from .body import X500, Airframe, sprayer
@@ -20,6 +20,14 @@ class Kit:
     pack: Pack = field(default_factory=Pack)
     parameters: dict[str, float] = field(default_factory=dict)  # PX4's, set up for it
     level: float = 0.0  # of the tank at take-off
+
+    def pack_for(self, endurance: float) -> Pack:
+        """The battery that hovers this vehicle for `endurance` s as it takes off.
+
+        A pack's own endurance is without a load; hover power goes with weight to the 3/2.
+        """
+        heavier = float(self.airframe.load(self.level)[0]) / self.airframe.mass
+        return replace(self.pack, endurance=endurance * heavier**1.5)
 
 
 SPRAYER_PACK = Pack(endurance=2400.0, capacity=30.0)

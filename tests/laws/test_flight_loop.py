@@ -8,6 +8,7 @@ import pytest
 from orchard_cli.avoidance import Blind, Guided
 from orchard_cli.flight.boundary import area_of
 from orchard_cli.flight.gear import Gear
+from orchard_cli.flight.haven import Havens
 from orchard_cli.flight.onboard import Onboard
 from orchard_cli.flight.reporter import Reporter
 from orchard_cli.flight.runner import Flight
@@ -59,7 +60,10 @@ def fly(
     ideal.refuse = refuse or {}
     ledger = Ledger(requests)
     ledger.clock = ideal.now
-    onboard = Onboard(OccupancyGrid(), system or Guided(), mission.limits, area_of(mission))
+    area = area_of(mission)
+    onboard = Onboard(
+        OccupancyGrid(), system or Guided(), mission.limits, area, Havens(mission, area)
+    )
     gear = Gear(
         vehicle=ideal,
         camera=ideal,

@@ -65,6 +65,8 @@ class _Measured:
 class _Nobody:
     """Asks for nothing and writes nothing down."""
 
+    losses: ClassVar[Mapping[str, int]] = {}
+
     def request(self) -> None:
         return None
 
