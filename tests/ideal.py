@@ -172,6 +172,7 @@ class Ledger:
 
     def __init__(self, requests=()):
         self.records = []
+        self.losses = {}
         self.requests = list(requests)  # (time, Request)
         self.clock = None
 

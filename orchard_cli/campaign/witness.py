@@ -27,6 +27,7 @@ class Witness:
         self.state: VehicleState | None = None  # newest telemetry
         self.contact = ""  # what was touched
         self.touched_at = math.inf  # s
+        self.losses: dict[str, int] = {}  # it loses nothing
         self._truth: list[Array] = []
         self._believed: list[Array] = []
 

@@ -58,6 +58,9 @@ def fly(
     level: Annotated[
         float, typer.Option(min=0, max=1, help="Of the sprayer's tank at take-off, 1 is full.")
     ] = 1.0,
+    return_when_empty: Annotated[
+        bool, typer.Option("--return-when-empty", help="Come back when the tank is empty.")
+    ] = False,
     detector: Annotated[
         Path | None, typer.Option(help="ONNX model of the YOLO family with which zones sees.")
     ] = None,
@@ -111,6 +114,7 @@ def fly(
         detector_names=detector_names,
         vehicle=name,
         level=filled,
+        return_when_empty=return_when_empty,
         seed=seed,
         speed_factor=speed_factor,
         camera=camera_mode(camera),

@@ -13,6 +13,7 @@ import numpy as np
 
 from orchard_cli.errors import LinkError
 from orchard_cli.flight.boundary import area_of
+from orchard_cli.flight.haven import Havens
 from orchard_cli.flight.helm import Errand
 from orchard_cli.flight.onboard import Onboard, OnboardJob, OnboardResult
 from orchard_cli.flight.ports import Camera, Clock, Guard, Sensors, Truth, Vehicle
@@ -34,6 +35,7 @@ from orchard_cli.simulator import (
 from orchard_cli.simulator.fleet import kit
 from orchard_cli.simulator.rendered_camera import RenderedCamera
 
+from .absent import NoCamera, NoGuard
 from .loading import carried
 from .real_sensors import (
     await_sensors,
@@ -43,7 +45,7 @@ from .real_sensors import (
 )
 from .systems import demand_airworthy, maker
 
-DEADMAN = 0.5  # s of real time
+DEADMAN = 0.5  # s of real time; a simulation that is hurried asks that much more of the computer
 BLIND = Tolerances(frame_age=math.inf, planner_age=math.inf)
 
 
@@ -83,39 +85,23 @@ class Choices:
     detector: Path | None = None  # ONNX model with which `zones` sees; None: by depth alone
     detector_names: Path | None = None  # its class names; None: in its metadata
     logged_camera: Path | None = None  # a flight's log whose depth images the simulator's are
+    return_when_empty: bool = False  # the tank; else it flies on without spraying
     serial: str = ""  # of the RealSense to use; empty: the only one
     filters: tuple[str, ...] = ()  # of the camera's vendor: "spatial", "holes"
     mount: tuple[float, float, float, float] = (0.1, 0.0, 0.0, 0.0)  # m, m, m, rad: see Mount
-
-
-class NoGuard:
-    """Fits `Guard` where nothing real can fly on: lockstep."""
-
-    def feed(self) -> None:
-        """Nothing to do."""
-
-    def disarm(self) -> None:
-        """Nothing to do."""
-
-
-class NoCamera:
-    """Fits `Camera` for flights without avoidance."""
-
-    def __init__(self) -> None:
-        self.model = d455()
-
-    def latest(self) -> None:
-        """Never a frame."""
-
-    def close(self) -> None:
-        """Nothing to let go of."""
 
 
 def onboard(mission: Mission, choices: Choices, model: DepthCamera) -> Onboard:
     """The onboard cycle with its kernels compiled or loaded. Raises InputError."""
     make = maker(choices)
     warm_up(Onboard(OccupancyGrid(), make(), mission.limits), model)
-    return Onboard(OccupancyGrid(), make(), mission.limits, area_of(mission))
+    area = area_of(mission)
+    return Onboard(OccupancyGrid(), make(), mission.limits, area, Havens(mission, area))
+
+
+def _tolerances(choices: Choices, sighted: bool = True) -> Tolerances:
+    found = Tolerances() if sighted else BLIND
+    return replace(found, empty_returns=choices.return_when_empty)
 
 
 def _run(errand: Errand) -> Trajectory:
@@ -140,7 +126,8 @@ def _start(mission: Mission) -> tuple[tuple[float, float], float]:
     return (x, y), math.atan2(float(ahead[1]), float(ahead[0]))
 
 
-def _settings(choices: Choices) -> SimulatorSettings:
+def _settings(mission: Mission, choices: Choices) -> SimulatorSettings:
+    flown = kit(choices.vehicle, choices.level)
     return SimulatorSettings(
         seed=choices.seed,
         speed_factor=choices.speed_factor,
@@ -149,7 +136,8 @@ def _settings(choices: Choices) -> SimulatorSettings:
         camera=None if choices.logged_camera else choices.camera,
         frame_rate=choices.frame_rate,
         sensors=maker(choices)().needs,
-        kit=kit(choices.vehicle, choices.level),
+        kit=flown,
+        pack=flown.pack_for(mission.limits.endurance),
     )
 
 
@@ -158,7 +146,12 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
     """The simulator without MAVSDK: as fast as it goes, the same bits for a seed."""
     position, yaw = _start(mission)
     simulator = LockstepSimulator(
-        world, mission.orchard.origin, position, yaw, _settings(choices), mission.takeoff_ground
+        world,
+        mission.orchard.origin,
+        position,
+        yaw,
+        _settings(mission, choices),
+        mission.takeoff_ground,
     )
     camera = _eyes(choices, simulator.camera, simulator.vehicle)
     try:
@@ -169,7 +162,7 @@ def lockstep(mission: Mission, world: World, choices: Choices) -> Iterator[Equip
             guard=NoGuard(),
             worker=InlineWorker(onboard(mission, choices, camera.model).cycle),
             errands=InlineWorker(_run),
-            tolerances=Tolerances(),
+            tolerances=_tolerances(choices),
             truth=simulator.truth,
             sensors=simulator.sensors,
             load=carried(mission, choices),
@@ -185,7 +178,7 @@ def start_simulator(
 ) -> SimulatorProcess:
     """The simulated autopilot in a process of its own, which sends to `port`; 0: to any."""
     position, yaw = _start(mission)
-    settings = replace(_settings(choices), port=port)
+    settings = replace(_settings(mission, choices), port=port)
     return SimulatorProcess.start(world, mission.orchard.origin, position, yaw, settings)
 
 
@@ -225,10 +218,10 @@ def attached(
             vehicle=vehicle,
             camera=_eyes(choices, simulator.camera, vehicle),
             clock=simulator.clock,
-            guard=Deadman(DEADMAN),
+            guard=Deadman(DEADMAN * max(choices.speed_factor, 1.0)),
             worker=worker,
             errands=errands,
-            tolerances=Tolerances(),
+            tolerances=_tolerances(choices),
             truth=simulator.truth,
             sensors=simulator.sensors,
             load=carried(mission, choices),
@@ -274,7 +267,7 @@ def real(mission: Mission, url: str, choices: Choices, world: World) -> Iterator
             guard=Deadman(DEADMAN),
             worker=worker,
             errands=errands,
-            tolerances=Tolerances() if sighted else BLIND,
+            tolerances=_tolerances(choices, sighted),
             truth=None,
             sensors=sensors,
             load=carried(mission, choices),

@@ -88,11 +88,12 @@ class Guidance:
         """Go on turning from where the nose is."""
         self._yaw, self._yaw_rate = yaw_site, 0.0
 
-    def brake(self, now: float) -> None:
-        """Come to rest along the active trajectory and stand there."""
+    def brake(self, now: float, deceleration: float | None = None) -> None:
+        """Come to rest along the active trajectory and stand there; None: as the limits say."""
+        most = max(self._limits.acceleration, deceleration or 0.0)
         self._legs, self._reference = [], None
         if self._active is not None and now < self._active.end:
-            self._active = brake(self._active, now, self._limits.acceleration)
+            self._active = brake(self._active, now, most)
         self.blocked = False
 
     def join(self, route: Trajectory, now: float) -> None:

@@ -14,6 +14,7 @@ from orchard_cli.model.vehicle import FlightMode, Setpoint, VehicleState
 from orchard_cli.motion.situation import Stop, Verdict
 from orchard_cli.motion.yaw import STEADY, YawRule
 
+from .emergency import HARD
 from .guidance import Guidance
 from .safety import Hazard
 from .stage import Decision, Steer
@@ -150,7 +151,7 @@ class Helm:
     def _interrupt(self, now: float) -> None:
         route = self._on_route and not self.guidance.blocked
         before = self.guidance.active if route else None
-        self.guidance.brake(now)
+        self.guidance.brake(now, HARD if self._cause is Hazard.OBSTACLE else None)
         self._on_route = False
         self._asked = None  # what is being timed is for another place
         self._remember(before, now)

@@ -22,8 +22,8 @@ class Inbox:
         self.newest = -math.inf  # s, stamp of the newest usable frame
 
     def put(self, frame: DepthFrame, now: float) -> bool:
-        """Take a frame; False when it cannot be used: blank, or stamped in the future."""
-        if frame.time > now + AHEAD or not frame.depth_mm.any():
+        """Take a good frame; False when it cannot be used: stamped in the future."""
+        if frame.time > now + AHEAD:
             return False
         self.newest = max(self.newest, frame.time)
         if self._waiting is None or now - self._waiting.time > PATIENCE:

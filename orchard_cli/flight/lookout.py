@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.records import NewTrajectory, Severity
 from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.tank import Load
@@ -13,6 +14,8 @@ from orchard_cli.model.vehicle import VehicleState
 from orchard_cli.motion.situation import Avoid, Keep
 
 from .anchored import Anchored
+from .emergency import too_near
+from .eyesight import Eyesight, Sight
 from .gear import Gear
 from .haven import Haven
 from .helm import Helm
@@ -27,11 +30,16 @@ POSES_BEFORE = 0.2  # s before a frame from which poses are handed over with it
 class Lookout:
     """The loop's eyes. Touches the helm only with answers that came in time."""
 
-    def __init__(self, gear: Gear, vehicle: Anchored, helm: Helm) -> None:
+    def __init__(self, gear: Gear, vehicle: Anchored, helm: Helm, radius: float) -> None:
+        """`radius`: m, of the airframe."""
         self._gear = gear
         self._vehicle = vehicle
         self._helm = helm
+        self._radius = radius
         self._inbox = Inbox()
+        self._eyesight = Eyesight()
+        self._near = 0  # frames on end in which something was too near
+        self._alive = False  # the newest answer told of a person or another drone ahead
         self._sensed = Sensed()
         self._planned = -math.inf  # s, when somebody was last seen to look ahead
         self._haven: tuple[Haven | None, float] = (None, -math.inf)
@@ -45,23 +53,46 @@ class Lookout:
         """s since the newest answer in time."""
         return now - self._planned
 
+    @property
+    def sight(self) -> Sight:
+        """What is wrong with the images, once it lasts."""
+        return self._eyesight.ill
+
+    @property
+    def emergency(self) -> bool:
+        """Whether something is nearer than hard braking needs, in two images on end."""
+        return self._near > 1
+
+    @property
+    def alive(self) -> bool:
+        """Whether the system tells of somebody ahead."""
+        return self._alive
+
     def haven(self, now: float) -> Haven | None:
         """A place to come down early that was found lately; None: there is none."""
         haven, found = self._haven
         return haven if now - found <= HAVEN_AGE else None
 
-    def look(self, now: float) -> None:
+    def look(self, state: VehicleState | None, now: float) -> None:
         """Take the newest frame and the newest scans, and log what is new."""
         frame = self._gear.camera.latest()
         if frame is not None:
             self._gear.recorder.write(frame)
-            self._inbox.put(frame, now)
+            self._judge(frame, state, now)
         if self._gear.sensors is not None:
             before, self._sensed = self._sensed.scans(), self._gear.sensors.newest()
             known = {(type(scan), scan.time) for scan in before}
             for scan in self._sensed.scans():
                 if (type(scan), scan.time) not in known:
                     self._gear.recorder.write(scan)
+
+    def _judge(self, frame: DepthFrame, state: VehicleState | None, now: float) -> None:
+        """A frame that cannot be believed is not flown by."""
+        if self._eyesight.look(frame, state) is not Sight.GOOD:
+            return
+        self._inbox.put(frame, now)
+        near = state is not None and too_near(frame, state, self._radius)
+        self._near = self._near + 1 if near else 0
 
     def think(
         self, state: VehicleState | None, load: Load | None, widening: float, now: float
@@ -77,6 +108,7 @@ class Lookout:
             self._gear.reporter.say(now, Severity.ERROR, f"onboard cycle failed: {result!r}")
         elif result is not None:
             self._gear.reporter.onboard(result)
+            self._alive = result.verdict.alive
             if result.occupied is not None:
                 self._haven = (result.haven, now)
             self._take(result, now)

@@ -18,6 +18,7 @@ from .preflight import not_ready
 from .safety import Phase, Request, Seen, Tolerances
 from .stage import Stage
 from .tracking import Follower
+from .wind import Lean
 
 CLIMBED = 1.2  # m below its height at which PX4 calls a take-off done (0.8 m) and a margin
 AT_ROUTE = 1.0  # m, and
@@ -43,6 +44,9 @@ class Observer:
         self._tolerances = tolerances
         self._area = area_of(mission)
         self._follower = Follower()
+        self._lean = Lean()
+        self._wanted: Vector = np.zeros(3)  # m/s², asked for last
+        self._fixed = math.inf  # s, when the autopilot last had a position on earth
         self._streaming = False
         self._upright = math.inf  # s, when the vehicle was last seen flying as it should
         self._jumped = -math.inf  # s, when the position estimate last jumped
@@ -59,6 +63,7 @@ class Observer:
     def sent(self, setpoint: Setpoint | None) -> None:
         """This was streamed; None: nothing is."""
         self._streaming = setpoint is not None
+        self._wanted = np.zeros(3) if setpoint is None else setpoint.acceleration_site
         if setpoint is None:
             self._follower.stopped()
         else:
@@ -79,6 +84,7 @@ class Observer:
         behind = self._behind(state, now)
         if state is not None and self._obeyed(state):
             self._follower.judge(state.position_site, state.time)
+            self._lean.after(state, self._wanted)
         return Seen(
             vehicle=state,
             silence=math.inf if state is None else now - min(state.heard, state.time),
@@ -104,6 +110,11 @@ class Observer:
             margins=self._margins(state),
             strayed=float(np.linalg.norm(self._vehicle.shift_site)),
             haven=self._lookout.haven(now),
+            sight=self._lookout.sight,
+            obstacle_near=self._lookout.emergency,
+            alive=self._lookout.alive,
+            unfixed=self._unfixed(state, now),
+            lean=self._lean.angle,
             request=request,
             refused=refused,
         )
@@ -132,6 +143,12 @@ class Observer:
         if not down and under <= self._tolerances.sunk:
             self._upright = now
         return now - min(self._upright, now)
+
+    def _unfixed(self, state: VehicleState | None, now: float) -> float:
+        """Seconds for which the autopilot has had no GPS fix."""
+        if state is None or state.fixed:
+            self._fixed = now
+        return now - min(self._fixed, now)
 
     def _climbed(self, state: VehicleState | None) -> bool:
         return state is not None and float(state.position_site[2]) > self._begin - CLIMBED

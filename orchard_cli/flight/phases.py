@@ -11,7 +11,7 @@ from dataclasses import replace
 from orchard_cli.model.vehicle import Command, FlightMode
 
 from .rules import RULES, off_plan, settled
-from .safety import MODES_ASKED, TABLE, Hazard, Phase, Seen, Tolerances, hazards, reaction
+from .safety import MODES_ASKED, TABLE, TOLD, Hazard, Phase, Seen, Tolerances, hazards, reaction
 from .stage import Decision, Stage, Steer
 
 ASK_AGAIN = 2.0  # s between two requests of the same thing: modes are told once a second
@@ -44,7 +44,8 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
         command = None
     if stage.phase is Phase.PREFLIGHT and after.phase is Phase.ENDED and stage.asked is Command.ARM:
         command = Command.DISARM  # it may be arming at this moment
-    matter = tuple(h for h in found if stage.phase is Phase.HOLD or TABLE[stage.phase, h])
+    held = stage.phase is Phase.HOLD
+    matter = tuple(h for h in found if held or h in TOLD or TABLE[stage.phase, h])
     return Decision(after, _steer(after, seen, tolerances), command, matter)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 from orchard_cli.model.depth import DepthCamera, DepthFrame
@@ -111,6 +112,11 @@ class Recorder(Protocol):
 
     def write(self, record: Record) -> None:
         """Queue one record."""
+        ...
+
+    @property
+    def losses(self) -> Mapping[str, int]:
+        """How many records were lost so far, by reason; empty when none."""
         ...
 
     def close(self) -> None:

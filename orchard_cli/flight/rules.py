@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from orchard_cli.model.vehicle import Command, FlightMode, Landed
 
+from .eyesight import Sight
 from .safety import Hazard, Phase, Request, Seen, Tolerances
 from .stage import Stage
 
@@ -117,6 +118,12 @@ def _hold(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage
 _PASSING = {
     Hazard.FRAME_LATE,
     Hazard.PLANNER_LATE,
+    Hazard.OBSTACLE,
+    Hazard.GPS_LOST,
+    Hazard.FRAME_BLANK,
+    Hazard.FRAME_GARBLED,
+    Hazard.FRAME_FROZEN,
+    Hazard.ALIVE,
     Hazard.OFF_TRACK,
     Hazard.TRACKING,
     Hazard.LINK_SILENT,
@@ -137,7 +144,9 @@ def _awake(seen: Seen, tolerances: Tolerances) -> bool:
     )
     fresh = all(age < AWAKE or math.isinf(limit) for age, limit in ages)
     follows = seen.off_track < 0.5 and seen.tracking.error < CALMED * tolerances.tracking
-    return fresh and follows and seen.since_jump > CALM and seen.margins.ahead >= 0
+    clear = seen.sight is Sight.GOOD and not seen.obstacle_near and not seen.alive
+    placed = seen.unfixed <= 0.0 and seen.since_jump > CALM and seen.margins.ahead >= 0
+    return fresh and follows and clear and placed
 
 
 _EARLY = {Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE, Phase.HOLD, Phase.RETURN}

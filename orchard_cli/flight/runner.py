@@ -7,6 +7,8 @@ and the camera are simulated.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import Severity
 from orchard_cli.model.vehicle import Command, VehicleState
@@ -37,7 +39,7 @@ class Flight:
         self._vehicle = Anchored(gear.vehicle)
         self._tolerances = tolerances or Tolerances()
         self._helm = Helm(mission, gear.errands, gear.yaw_rule)
-        self._lookout = Lookout(gear, self._vehicle, self._helm)
+        self._lookout = Lookout(gear, self._vehicle, self._helm, mission.limits.airframe_radius)
         self._observer = Observer(
             mission, self._vehicle, self._helm, self._lookout, self._tolerances
         )
@@ -82,11 +84,14 @@ class Flight:
     def _cycle(self, stage: Stage, now: float) -> Stage:
         state = self._vehicle.state()
         self._steady(state, now)
-        self._lookout.look(now)
+        self._lookout.look(state, now)
         self._lookout.think(state, self._gauge.load, self._observer.widening, now)
         self._hear(now)
         request = None if self._asked is None else self._asked[0]
         seen = self._observer.gather(stage, state, request, self._refused, now)
+        seen = replace(
+            seen, tank_empty=self._gauge.empty, log_lost=bool(self._gear.recorder.losses)
+        )
         decision = step(stage, seen, now, self._tolerances)
         after = decision.stage
         if after.phase is not stage.phase or after.since != stage.since:

@@ -13,6 +13,7 @@ from enum import Enum
 from orchard_cli.model.vehicle import FlightMode, VehicleState
 
 from .boundary import NO_EDGE, Margins
+from .eyesight import Sight
 from .haven import Haven
 from .tracking import STEADY, Tracking
 
@@ -45,15 +46,24 @@ class Hazard(Enum):
     CROSSED = "outside the fence or in a keep-out"
     RETURN_ASKED = "return asked for"
     BATTERY_LOW = "battery at the share needed to come back"
+    WIND = "the wind is beyond what it should stand against"
+    TANK_EMPTY = "the tank is empty"
     STRAYED = "the position estimate has jumped too far in this flight"
     HOLD_ASKED = "hold asked for"
+    OBSTACLE = "an obstacle nearer than hard braking needs"
     EDGE_NEAR = "braking would end outside the fence or in a keep-out"
     JUMPED = "the position estimate jumped"
+    GPS_LOST = "no GPS fix"
     OFF_TRACK = "the vehicle is not where it was sent"
     TRACKING = "tracking: the autopilot strays too far beside what it is told to fly"
+    FRAME_BLANK = "the depth image is blank"
+    FRAME_GARBLED = "the depth image is noise"
+    FRAME_FROZEN = "the depth image does not change while the vehicle moves"
     FRAME_LATE = "no fresh depth frame"
     PLANNER_LATE = "the planner is late"
     BLOCKED = "no way round the obstacle"
+    ALIVE = "a person or another drone ahead"
+    LOG_LOST = "the log has lost records"
 
 
 STAY = None
@@ -74,21 +84,34 @@ _ROWS: dict[Hazard, tuple[Phase | None, ...]] = {
     Hazard.CROSSED:          (STAY, LAND, BACK, BACK, BACK, BACK, STAY, LAND, STAY, STAY, STAY),
     Hazard.RETURN_ASKED:     (OVER, LAND, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
     Hazard.BATTERY_LOW:      (OVER, LAND, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
+    Hazard.WIND:             (STAY, LAND, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
+    Hazard.TANK_EMPTY:       (STAY, STAY, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
     Hazard.STRAYED:          (STAY, LAND, BACK, BACK, BACK, BACK, STAY, STAY, STAY, STAY, STAY),
     Hazard.HOLD_ASKED:       (OVER, LAND, HOLD, HOLD, HOLD, HOLD, HOLD, HOLD, STAY, STAY, STAY),
+    Hazard.OBSTACLE:         (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
     Hazard.EDGE_NEAR:        (STAY, STAY, HOLD, HOLD, HOLD, STAY, STAY, LAND, STAY, STAY, STAY),
     Hazard.JUMPED:           (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.GPS_LOST:         (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
     Hazard.OFF_TRACK:        (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
     Hazard.TRACKING:         (STAY, STAY, HOLD, HOLD, HOLD, STAY, STAY, LAND, STAY, STAY, STAY),
+    Hazard.FRAME_BLANK:      (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.FRAME_GARBLED:    (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.FRAME_FROZEN:     (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
     Hazard.FRAME_LATE:       (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
     Hazard.PLANNER_LATE:     (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
     Hazard.BLOCKED:          (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.ALIVE:            (STAY, STAY, HOLD, HOLD, HOLD, STAY, HOLD, LAND, STAY, STAY, STAY),
+    Hazard.LOG_LOST:         (STAY, STAY, STAY, STAY, STAY, STAY, STAY, STAY, STAY, STAY, STAY),
 }  # fmt: skip
 TABLE: dict[tuple[Phase, Hazard], Phase | None] = {
     (phase, hazard): cell
     for hazard, row in _ROWS.items()
     for phase, cell in zip(_COLUMNS, row, strict=True)
 }
+
+
+TOLD = {Hazard.LOG_LOST}
+"""Hazards that lead nowhere and are told all the same."""
 
 
 class Request(Enum):
@@ -108,6 +131,9 @@ class Tolerances:
     frame_age: float = 0.5  # s since the newest depth frame was taken
     planner_age: float = 0.5  # s since the last onboard cycle ended
     off_track: float = 1.5  # m between the vehicle and its setpoint
+    lean: float = math.radians(15.0)  # rad against the wind; an X500 leans so in 12 m/s
+    unfixed: float = 2.0  # s without a GPS fix
+    empty_returns: bool = False  # an empty tank brings it back; else it flies on without spraying
     tracking: float = 1.0  # m beside what it is told to fly, lately: see tracking.py
     sunk: float = 1.5  # m under its setpoint: it falls
     falling: float = 0.3  # s of falling, or of lying on the ground, before it counts
@@ -141,6 +167,13 @@ class Seen:
     since_jump: float = math.inf  # s since the position estimate jumped
     strayed: float = 0.0  # m by which it has jumped since arming, in all
     haven: Haven | None = None  # a free place near by, to come down on early
+    sight: Sight = Sight.GOOD  # what has been wrong with the images for a while
+    obstacle_near: bool = False  # nearer than hard braking needs
+    alive: bool = False  # the avoidance system tells of somebody ahead
+    unfixed: float = 0.0  # s without a GPS fix
+    lean: float = 0.0  # rad, lately, to stand against the wind
+    tank_empty: bool = False
+    log_lost: bool = False  # records so far
     request: Request | None = None
     tracking: Tracking = STEADY  # how far it strays beside what it is told to fly
     refused: str | None = None  # what the autopilot said when it last refused
@@ -204,6 +237,15 @@ def hazards(
         (seen.strayed > tolerances.strayed, Hazard.STRAYED),
         (seen.off_track > tolerances.off_track, Hazard.OFF_TRACK),
         (seen.tracking.error > tolerances.tracking, Hazard.TRACKING),
+        (seen.lean > tolerances.lean, Hazard.WIND),
+        (seen.tank_empty and tolerances.empty_returns, Hazard.TANK_EMPTY),
+        (seen.obstacle_near, Hazard.OBSTACLE),
+        (seen.unfixed > tolerances.unfixed, Hazard.GPS_LOST),
+        (seen.sight is Sight.BLANK, Hazard.FRAME_BLANK),
+        (seen.sight is Sight.GARBLED, Hazard.FRAME_GARBLED),
+        (seen.sight is Sight.FROZEN, Hazard.FRAME_FROZEN),
+        (seen.alive, Hazard.ALIVE),
+        (seen.log_lost, Hazard.LOG_LOST),
         (seen.frame_age > tolerances.frame_age, Hazard.FRAME_LATE),
         (seen.planner_age > tolerances.planner_age, Hazard.PLANNER_LATE),
         (seen.blocked, Hazard.BLOCKED),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Protocol
@@ -52,6 +53,11 @@ class LiveView:
         self._thread = threading.Thread(target=self._serve, name="live-view", daemon=True)
         self._thread.start()
 
+    @property
+    def losses(self) -> Mapping[str, int]:
+        """None: what nobody saw is in the log all the same."""
+        return {}
+
     def write(self, record: Record) -> None:
         """Queue one record; never waits, never raises."""
         pace = self._paces.get(type(record))
@@ -87,6 +93,9 @@ class LiveView:
 
 
 class _Recorder(Protocol):
+    @property
+    def losses(self) -> Mapping[str, int]: ...
+
     def write(self, record: Record) -> None: ...
 
     def close(self) -> None: ...
@@ -97,6 +106,11 @@ class Tee:
 
     def __init__(self, *recorders: _Recorder) -> None:
         self._recorders = recorders
+
+    @property
+    def losses(self) -> Mapping[str, int]:
+        """Of all of them together."""
+        return {why: n for one in self._recorders for why, n in one.losses.items()}
 
     def write(self, record: Record) -> None:
         """Queue one record everywhere."""

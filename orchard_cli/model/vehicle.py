@@ -84,6 +84,7 @@ class VehicleState:
     battery_share: float  # 0 to 1; NaN when unknown
     battery_voltage: float  # V; NaN when unknown
     ready: bool  # the autopilot's own health checks pass and it can be armed
+    fixed: bool = True  # it knows where on earth it is: a GPS fix, settled
     not_ready: tuple[str, ...] = ()  # its reasons, in words
 
     @property

@@ -47,6 +47,7 @@ class Keep:
     blocked_at: float | None = None
     stages_ms: Mapping[str, float] = field(default_factory=dict)
     alarm: str = ""  # what the pilot must hear at once
+    alive: bool = False  # a person or a drone is ahead, too near to fly on
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +63,7 @@ class Avoid:
     yaw_site: float | None = None  # rad, to look there until the rejoin; None: along the way
     stages_ms: Mapping[str, float] = field(default_factory=dict)
     alarm: str = ""  # what the pilot must hear at once
+    alive: bool = False  # a person or a drone is ahead, too near to fly on
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +75,7 @@ class Stop:
     blocked_at: float
     stages_ms: Mapping[str, float] = field(default_factory=dict)
     alarm: str = ""  # what the pilot must hear at once
+    alive: bool = False  # a person or a drone is ahead, too near to fly on
 
 
 Verdict = Keep | Avoid | Stop

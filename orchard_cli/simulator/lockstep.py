@@ -127,6 +127,7 @@ class LockstepVehicle:
             battery_share=a.craft.battery.share,
             battery_voltage=a.craft.battery_voltage,
             ready=not reasons,
+            fixed=a.global_position_ok,
             not_ready=reasons,
         )
 

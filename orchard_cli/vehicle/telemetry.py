@@ -122,6 +122,7 @@ class TelemetryFeed:
                 battery_share=self._battery[0],
                 battery_voltage=self._battery[1],
                 ready=not missing,
+                fixed=self._health is None or bool(self._health.is_global_position_ok),
                 not_ready=missing,
             )
 

@@ -119,6 +119,7 @@ def test_a_tee_hands_on_to_all() -> None:
     class Kept:
         def __init__(self) -> None:
             self.records: list[object] = []
+            self.losses = {"the disk is full": 3}
 
         def write(self, record: object) -> None:
             self.records.append(record)
@@ -128,6 +129,7 @@ def test_a_tee_hands_on_to_all() -> None:
 
     one, two = Kept(), Kept()
     tee = Tee(one, two)
+    assert tee.losses == {"the disk is full": 3}
     tee.write(made.header(made.mission()))
     tee.close()
     assert len(one.records) == 2

@@ -167,7 +167,7 @@ def test_a_wall_across_the_route_means_hold_then_back_home(mission):
 
 
 @pytest.mark.parametrize(
-    ("request_", "end"), [(Request.RETURN, "return"), (Request.LAND, "landing")]
+    ("request_", "end"), [(Request.RETURN, "return"), (Request.LAND, "diverting")]
 )
 def test_the_operator_holds_and_then_chooses(mission, request_, end):
     ending, _, ledger = fly(

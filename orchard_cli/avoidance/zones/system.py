@@ -20,7 +20,7 @@ from orchard_cli.motion.situation import Avoid, Keep, Situation, Stop, Verdict
 from orchard_cli.motion.stopwatch import Stopwatch
 from orchard_cli.motion.view import View
 
-from .decide import Act, Decision, ahead_on, decide
+from .decide import ALIVE, Act, Decision, ahead_on, decide
 from .manoeuvre import points_past
 from .settings import ZonesSettings
 from .tracks import Track, follow
@@ -73,7 +73,9 @@ class Zones:
             met = self._walk(view, situation.now)
         with watch.stage("replan"):
             verdict = self._act(view, decision, met.blocked_at)
-        return replace(verdict, stages_ms=watch.stages_ms, alarm=_alarm(decision))
+        return replace(
+            verdict, stages_ms=watch.stages_ms, alarm=_alarm(decision), alive=_alive(decision)
+        )
 
     def _decide(self, view: View, sighting: Sighting) -> Decision:
         s, limits = self._settings, view.situation.limits
@@ -243,6 +245,12 @@ def _alarm(decision: Decision) -> str:
         return ""
     what = decision.ahead.obstacle.category.value
     return f"{what} ahead in the {decision.zone.value} zone: hovering"
+
+
+def _alive(decision: Decision) -> bool:
+    """A person or a drone is near enough to hover."""
+    ahead = decision.ahead
+    return decision.alarm and ahead is not None and ahead.obstacle.category in ALIVE
 
 
 def _near(decision: Decision) -> float:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import ClassVar
 
 from orchard_cli.flight.gear import Gear
 from orchard_cli.flight.ports import Clock
