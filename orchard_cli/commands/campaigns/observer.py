@@ -26,9 +26,9 @@ from .striking import EVIDENCE, STRIKES, Scene
 from .troubles import Troubles
 
 PERIOD = 0.05  # s simulated between two looks
-REAL_LIMIT = 150.0  # s of real time for one case
+START_LIMIT = 300.0  # s of real time until it is armed: kernels may have to be compiled
+REAL_LIMIT = 150.0  # s of real time after that
 AFTER = 8.0  # s that are watched once nothing flies it any more
-PAUSED = 25.0  # s after a link that was cut
 
 
 @dataclass(slots=True)
@@ -99,9 +99,11 @@ class _Watch:
         self._turned = False  # it was asked to come home, for the phase "return"
 
     def run(self, flight: multiprocessing.context.SpawnProcess) -> None:
-        until = time.monotonic() + REAL_LIMIT
+        began, armed_at = time.monotonic(), math.inf
         clock = self._scene.simulator.clock
-        while time.monotonic() < until:
+        while time.monotonic() < min(began + START_LIMIT, armed_at) + REAL_LIMIT:
+            if math.isinf(armed_at) and self._scene.relay.heard.armed:
+                armed_at = time.monotonic()
             now = clock.now()
             clock.sleep_until(now + PERIOD)
             now = self._clock[0] = clock.now()
