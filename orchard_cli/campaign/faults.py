@@ -19,7 +19,7 @@ STANDS = 0.6  # s for which it must
 STOP_WITHIN = 4.0  # s: half a second to see it, and braking from 1 m/s by 0.5 m/s²
 MODE_TOLD = 2.0  # s: modes are told once a second, and heard a little later
 NEAR_PLACE = 3.0  # m from a place: at it
-LAND_WITHIN = 15.0  # s
+LAND_WITHIN = 45.0  # s: half a minute of looking for a free place, and coming down
 LOG_LOSS = 1.0  # s of log that may be lost at the end
 DOWN = 0.4  # m above the ground
 
@@ -28,9 +28,9 @@ class Reaction(Enum):
     """What must be seen of the vehicle after a fault. A contact is never allowed."""
 
     GO_ON = "goes on and lands at the end of the route"
-    STOP = "stands within 4 s, then ends safe"
+    STOP = "stands within 4 s (GPS: 6 s), then ends safe"
     HOME = "comes back to the take-off place"
-    LAND = "lands within 15 s, where it is"
+    LAND = "lands within 45 s, near by"
     QUIET = "nothing is sent or asked any more, and the mode stays"
     SAFE = "ends on the ground, or standing in the autopilot's own hold"
     DEAD = "nothing is sent or asked any more"
@@ -44,6 +44,7 @@ class Fault:
     moving: Reaction  # on the route, in an avoidance, on the way back
     otherwise: Reaction = Reaction.SAFE  # taking off and landing, which the autopilot flies
     phases: tuple[str, ...] = PHASES
+    within: float = STOP_WITHIN  # s until it must stand, where that must follow
     real_time: bool = False  # its limits are in real time
     ends_flight: bool = False  # the flight program ends with it: nothing lands the vehicle
 
@@ -63,7 +64,7 @@ FAULTS: Mapping[str, Fault] = {
         Fault("frames blank", _R.STOP, phases=_EYES),
         Fault("frames garbage", _R.STOP, phases=_EYES),
         Fault("poses late", _R.STOP, phases=_EYES),
-        Fault("GPS lost", _R.STOP),
+        Fault("GPS lost", _R.STOP, within=6.0),  # told for 2 s before it counts
         Fault("estimator reset", _R.STOP),
         Fault("GPS jumping", _R.SAFE, phases=_FLYING),
         Fault("wind", _R.SAFE),
@@ -107,6 +108,7 @@ class Observed:
     contact: str
     asked: tuple[tuple[float, str], ...]  # what the flight asked the autopilot for, and when
     ended: float | None  # s, when the flight program ended; None: it did not
+    crashed: str  # how the flight program ended, when it did not end by itself; else empty
     log_until: float | None  # s, the newest record that the log gives back
     log_fault: str
     takeoff_site: Vector  # (2,) m
@@ -119,20 +121,23 @@ def judge_fault(fault: Fault, phase: str, seen: Observed) -> tuple[str, bool]:
         return "the phase was not reached", False
     if seen.contact and fault.moving is not Reaction.DEAD:
         return f"touched {seen.contact}", False
-    told, ok = _RULES[fault.reaction(phase)](seen, seen.injected)
+    told, ok = _RULES[fault.reaction(phase)](fault, seen, seen.injected)
     log = _log_lost(fault, seen)
+    if seen.crashed and not fault.ends_flight:
+        log, ok = [f"the flight program {seen.crashed}", *log], False
     nearest = seen.distances[seen.times >= seen.injected].min(initial=np.inf)
     words = [told, *([f"nearest {nearest:.2f} m"] if np.isfinite(nearest) else []), *log]
     return "; ".join(words), ok and bool(seen.evidence) and not log
 
 
 def _log_lost(fault: Fault, seen: Observed) -> list[str]:
-    """A disk that is full loses what comes after; nothing else does."""
+    """It must go on to when the flight last spoke; to a full disk, until that was full."""
     if seen.log_fault:
         return [f"log: {seen.log_fault}"]
-    end = seen.injected if fault.name == "disk full" else seen.ended
     if seen.log_until is None:
         return ["the log holds nothing"]
+    spoke = max([seen.setpoints_at[-1], *(time for time, _ in seen.asked)])
+    end = seen.injected if fault.name == "disk full" else spoke
     if end is not None and seen.log_until < end - LOG_LOSS:
         return [f"the log's last {end - seen.log_until:.1f} s are lost"]
     return []
@@ -156,7 +161,8 @@ def _down(seen: Observed) -> bool:
     return not seen.armed[-1] and bool(seen.positions_site[-1, 2] < DOWN)
 
 
-def _safe(seen: Observed, since: float) -> tuple[str, bool]:
+def _safe(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
+    del fault
     if _down(seen):
         home = _near(seen, seen.takeoff_site)
         where = "at take-off" if home else "at the end" if _near(seen, seen.landing_site) else "out"
@@ -171,41 +177,42 @@ def _near(seen: Observed, place: Vector) -> bool:
     return bool(np.hypot(*(seen.positions_site[-1, :2] - place)) < NEAR_PLACE)
 
 
-def _stop(seen: Observed, since: float) -> tuple[str, bool]:
-    at, (told, safe) = stopped_at(seen, since), _safe(seen, since)
+def _stop(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
+    at, (told, safe) = stopped_at(seen, since), _safe(fault, seen, since)
     if at is None:
         return f"never stood; {told}", False
     here = np.searchsorted(seen.times, [since, at])
     way = float(np.hypot(*np.ptp(seen.positions_site[here, :2], axis=0)))
     return f"stood after {at - since:.1f} s and {way:.1f} m; {told}", (
-        safe and at - since <= STOP_WITHIN
+        safe and at - since <= fault.within
     )
 
 
-def _go_on(seen: Observed, since: float) -> tuple[str, bool]:
-    told, _ = _safe(seen, since)
+def _go_on(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
+    told, _ = _safe(fault, seen, since)
     return told, _down(seen) and _near(seen, seen.landing_site)
 
 
-def _home(seen: Observed, since: float) -> tuple[str, bool]:
-    told, _ = _safe(seen, since)
+def _home(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
+    told, _ = _safe(fault, seen, since)
     return told, _down(seen) and _near(seen, seen.takeoff_site)
 
 
-def _land(seen: Observed, since: float) -> tuple[str, bool]:
-    told, _ = _safe(seen, since)
+def _land(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
+    told, _ = _safe(fault, seen, since)
     return told, _down(seen) and seen.times[-1] - since <= LAND_WITHIN
 
 
-def _dead(seen: Observed, since: float) -> tuple[str, bool]:
+def _dead(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
+    del fault
     late = seen.setpoints_at[-1] - since
     asked = [what for time, what in seen.asked if time > since + MODE_TOLD]
     told = f"last setpoint {max(late, 0.0):.1f} s after, asked for {', '.join(asked) or 'nothing'}"
     return told, late <= MODE_TOLD and not asked
 
 
-def _quiet(seen: Observed, since: float) -> tuple[str, bool]:
-    told, quiet = _dead(seen, since)
+def _quiet(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
+    told, quiet = _dead(fault, seen, since)
     modes = {
         mode for time, mode in zip(seen.times, seen.modes, strict=True) if time > since + MODE_TOLD
     }

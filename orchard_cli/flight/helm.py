@@ -18,10 +18,11 @@ from .emergency import HARD
 from .guidance import Guidance
 from .safety import Hazard
 from .stage import Decision, Steer
-from .trail import Trail
+from .trail import HAIR, Trail
 from .worker import Worker
 
 SPACING = 0.05  # m between points of an interrupted trajectory that is flown on
+NOTHING = 1e-3  # m of route that need not be flown any more
 NEARBY = 400  # points ahead among which the point of rest is looked for
 
 Errand = Callable[[], Trajectory]
@@ -166,7 +167,8 @@ class Helm:
         nearest = int(np.argmin(np.linalg.norm(ahead[:NEARBY] - rest, axis=1)))
         left = _thinned(np.concatenate([rest[None], ahead[nearest + 1 :]]))
         if len(left) > 1:
-            self._left = left
+            done = np.ptp(left, axis=0).max() < NOTHING
+            self._left = np.stack([rest, rest + HAIR]) if done else left
 
 
 def _thinned(points: Points) -> Points:

@@ -13,7 +13,7 @@ from orchard_cli.motion.straightening import straightened
 SPACING = 0.5  # m
 TOLERANCE = 0.2  # m: the way home may leave the flown one by this much
 CORNER_CUT = 0.3  # m
-_HAIR = np.array([0.0, 0.0, 1e-3])  # m: a way home that is hardly one
+HAIR = np.array([0.0, 0.0, 1e-3])  # m: a way that is hardly one has a length, and can be timed
 
 
 class Trail:
@@ -41,7 +41,7 @@ class Trail:
     def home(self, here_site: Vector) -> Points:
         """(n, 3) m: from here over the nearest flown point back to the first one."""
         if not self._points:
-            return np.stack([here_site, here_site + _HAIR])
+            return np.stack([here_site, here_site + HAIR])
         points = np.stack(self._points)
         nearest = int(np.argmin(np.linalg.norm(points - here_site, axis=1)))
         path = np.concatenate([here_site[None], points[nearest::-1]])
@@ -49,7 +49,7 @@ class Trail:
         apart = np.linalg.norm(np.diff(corners, axis=0), axis=1) > 1e-3
         corners = np.asarray(corners[np.concatenate([[True], apart])])
         if len(corners) == 1:
-            return np.stack([here_site, here_site + _HAIR])
+            return np.stack([here_site, here_site + HAIR])
         with contextlib.suppress(ValueError):  # straight back on its own line: turn on the spot
             corners = rounded(corners, CORNER_CUT).points_site
         return corners

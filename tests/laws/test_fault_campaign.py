@@ -42,7 +42,8 @@ def seen(stops=1.0, lands=True, end=(9.0, 0.0), mode="offboard", **changes):
         contact="",
         asked=(),
         ended=39.0,
-        log_until=38.9,
+        crashed="",
+        log_until=39.5,
         log_fault="",
         takeoff_site=np.array([-4.0, 0.0]),
         landing_site=np.array([9.0, 0.0]),
@@ -71,6 +72,7 @@ def test_nothing_is_right_that_did_not_happen_or_touched_something_or_lost_its_l
     assert not right("frames blank", seen(contact="pole 1"))
     assert not right("frames blank", seen(log_until=37.0))
     assert not right("frames blank", seen(log_until=None, log_fault="is no log"))
+    assert not right("frames blank", seen(crashed="failed"))
 
 
 def test_a_full_disk_may_lose_what_comes_after_it():

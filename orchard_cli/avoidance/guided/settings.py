@@ -31,8 +31,8 @@ class GuidedSettings:
     aim: float = 0.30  # m: what the optimisation aims at
     tight: float = 0.02  # m: a slow one must keep this, where the map may be off by half a cell
     aim_tight: float = 0.06  # m: and is aimed at this
-    below: float = 0.35  # m under the flight height that must be free
-    above: float = 0.35  # m over it
+    below: float = 0.6  # m under the flight height that must be free; canopies begin at 0.85
+    above: float = 0.85  # m over it: wires and nets
     half_size: float = 8.0  # m of the local map
     reach: float = 1.8  # m up to which distances are known
     window: float = 15.5  # m of reference in which a rejoin point is looked for

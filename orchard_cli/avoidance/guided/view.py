@@ -106,6 +106,7 @@ class Eyes:
         s = self._settings
         low = np.minimum(here, rejoins.min(axis=0))
         high = np.maximum(here, rejoins.max(axis=0))
+        below = max(s.below, situation.limits.airframe_radius)
         return situation.grid.band(
-            (low + high)[:2] / 2, s.half_size, float(low[2]) - s.below, float(high[2]) + s.above
+            (low + high)[:2] / 2, s.half_size, float(low[2]) - below, float(high[2]) + s.above
         )

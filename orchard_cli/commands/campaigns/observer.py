@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import multiprocessing
+import signal
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -65,14 +66,25 @@ def observe(fault: Fault, phase: str, folder: Path, factor: float) -> Observed:
         scene = Scene(simulator, relay, troubles, flight.pid or 0, log)
         watch = _Watch(fault, phase, mission, world, scene, clock)
         watch.run(flight)
+        crashed = _crashed(flight)
         _end(flight)
-    return watch.observed(*_log(log))
+    return watch.observed(crashed, *_log(log))
 
 
 def _end(flight: multiprocessing.context.SpawnProcess) -> None:
     if flight.is_alive():
         flight.kill()
     flight.join(5.0)
+
+
+def _crashed(flight: multiprocessing.context.SpawnProcess) -> str:
+    """How it ended, when that was not by itself; empty while it runs."""
+    code = flight.exitcode
+    if not code:
+        return ""
+    if code == -signal.SIGALRM:
+        return "hung and was ended by its deadman"
+    return f"was ended by {signal.Signals(-code).name}" if code < 0 else "failed"
 
 
 def _log(path: Path) -> tuple[float | None, str]:
@@ -193,7 +205,7 @@ class _Watch:
         gone = self._ended is not None and now - self._ended > AFTER
         return gone and still and not scene.later
 
-    def observed(self, log_until: float | None, log_fault: str) -> Observed:
+    def observed(self, crashed: str, log_until: float | None, log_fault: str) -> Observed:
         """All of it."""
         samples, scene = self._samples, self._scene
         rows = np.array(samples.rows).reshape(-1, 9)
@@ -210,6 +222,7 @@ class _Watch:
             contact=samples.contact,
             asked=tuple(scene.relay.heard.asked),
             ended=self._ended,
+            crashed=crashed,
             log_until=log_until,
             log_fault=log_fault,
             takeoff_site=self._mission.takeoff_site,

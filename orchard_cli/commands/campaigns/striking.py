@@ -143,7 +143,7 @@ STRIKES: Mapping[str, Callable[[Scene], None]] = {
     "frames blank": _camera(Failure.BLANK),
     "frames garbage": _camera(Failure.GARBAGE),
     "poses late": _trouble(Trouble.POSES_LATE),
-    "GPS lost": lambda s: s.simulator.inject(GpsLoss(LASTS)),
+    "GPS lost": lambda s: s.simulator.inject(GpsLoss(LASTS + 2.0)),
     "estimator reset": lambda s: s.simulator.inject(EstimateJump((0.4, JUMP, 0.3))),
     "GPS jumping": _jumps,
     "wind": lambda s: s.simulator.inject(WindChange((0.0, STORM, 0.0))),
