@@ -10,6 +10,7 @@ from orchard_cli.errors import Fault, InputError
 from orchard_cli.flight.ports import Avoidance
 from orchard_cli.motion.yaw import PUBLISHED, STEADY, YawRule
 from orchard_cli.perception import DepthDetector, OnnxDetector, RgbdEyes
+from orchard_cli.perception.radar_camera import RadarCamera
 
 if TYPE_CHECKING:
     from .wiring import Choices
@@ -20,16 +21,28 @@ def _zones() -> Avoidance:
     return Zones(RgbdEyes(DepthDetector()))
 
 
+def _fused() -> Avoidance:
+    """With radar and colour camera besides the map. Raises InputError without OpenCV."""
+    return Astar(fusion=RadarCamera())
+
+
+FUSED = "astar-fused"
 SYSTEMS: dict[str, Callable[[], Avoidance]] = {
     "guided": Guided,
     "ego": Ego,
     "ego-published": Ego.published,
     "zones": _zones,
     "astar": Astar,
+    FUSED: _fused,
     "dfa": Dfa,
     "dfa-wide": Dfa.wide,
     "none": Blind,
 }
+
+
+def needs_of(system: str) -> frozenset[str]:
+    """Its sensors besides depth, also where what it is made with is not installed."""
+    return RadarCamera.needs if system == FUSED else SYSTEMS[system]().needs
 
 
 BENCH_ONLY: Mapping[str, str] = {

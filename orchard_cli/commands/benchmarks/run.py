@@ -13,7 +13,7 @@ from orchard_cli.model.mission import Mission
 from orchard_cli.model.world import World
 
 from .. import wiring
-from ..systems import SYSTEMS
+from ..systems import SYSTEMS, needs_of
 from . import cycle, frames, lockstep, machine, mapping, octomap, replanning, stream
 from .document import SCHEMA, plain
 from .pole_fields import FIELDS
@@ -80,7 +80,7 @@ def run(plan: Plan) -> dict[str, Any]:
 
 def planners() -> tuple[str, ...]:
     """The systems that plan on depth alone: the bench's fields have no other sensors."""
-    return tuple(name for name, make in SYSTEMS.items() if name != NO_PLANNER and not make().needs)
+    return tuple(name for name in SYSTEMS if name != NO_PLANNER and not needs_of(name))
 
 
 def check(systems: Sequence[str]) -> None:

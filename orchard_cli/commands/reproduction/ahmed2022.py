@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from orchard_cli.commands.wiring import Choices
+
 from . import ahmed_fields as fields
+from .ahmed_published import APPROACHES, DRIFT, MISSIONS, POLE, WIDER
 from .desk import Desk
+from .flights import Task
 from .rows import Row
 
 if TYPE_CHECKING:
@@ -18,45 +23,6 @@ if TYPE_CHECKING:
     from orchard_cli.model.mission import Mission
 
 TITLE = "Ahmed 2022, Agronomy 12:873"
-_DRIFT = {
-    0.5: (0.26, 0.27, 0.25, 0.27, 0.30),
-    0.75: (0.38, 0.39, 0.38, 0.43, 0.58),
-    1.0: (0.51, 0.52, 0.52, 0.67, 0.94),
-    1.1: (0.56, 0.57, 0.57, 0.78, 1.12),
-    1.25: (0.63, 0.65, 0.71, 0.95, 1.41),
-}
-_POLE = {  # travel time s, y cm, z fall cm, roll + and - deg
-    0.10: (25.8, 127.1, 13.5, 10.8, 10.8),
-    0.25: (25.5, 126.8, 17.5, 11.7, 11.9),
-    0.50: (27.9, 125.2, 15.6, 12.2, 12.6),
-    0.75: (36.5, 128.6, 9.3, 11.1, 11.4),
-    0.90: (39.1, 121.1, 5.0, 8.2, 8.2),
-    1.00: (43.3, 117.4, 2.5, 4.7, 4.7),
-}
-_MISSIONS = {  # time s, z fall cm, length m, increase m, coverage %
-    4.0: {
-        0.10: (121.9, 3.13, 177.13, 2.13, 98.64),
-        0.25: (124.2, 4.09, 177.67, 2.67, 98.58),
-        0.50: (140.3, 3.29, 177.84, 2.84, 98.63),
-        0.75: (198.1, 1.72, 178.12, 3.12, 98.9),
-        1.00: (205.9, 0.56, 177.13, 2.13, 99.23),
-    },
-    3.0: {
-        0.10: (164.1, 1.74, 224.63, 9.63, 98.26),
-        0.25: (165.2, 2.30, 225.03, 10.03, 98.22),
-        0.50: (184.7, 2.07, 225.19, 10.19, 98.30),
-        0.75: (254.6, 1.18, 225.00, 10.00, 98.55),
-        1.00: (294.8, 0.34, 224.55, 9.55, 98.98),
-    },
-    2.0: {
-        0.10: (240.9, 0.80, 299.10, 4.10, 98.05),
-        0.25: (243.3, 1.13, 299.68, 4.69, 98.08),
-        0.50: (263.3, 1.27, 300.65, 5.65, 98.02),
-        0.75: (338.8, 0.95, 301.22, 6.22, 98.13),
-        1.00: (389.5, 0.33, 299.17, 4.17, 98.47),
-    },
-}
-_WIDER = {0.10: 95.41, 0.50: 94.87, 1.00: 95.35}  # %
 STILL = 0.1  # m/s under which the vehicle has not set out, or has arrived
 LEAD = 5.0  # s from take-off to setting out, which the paper's times include
 
@@ -85,84 +51,147 @@ def table3(desk: Desk) -> list[Row]:
     rows = []
     for speed in SPEEDS:
         desk.say(f"drift at {speed} m/s")
-        for level, paper in zip(LEVELS, _DRIFT[speed], strict=True):
+        for level, paper in zip(LEVELS, DRIFT[speed], strict=True):
             ours = fly_test(level, speed, fields.ACCELERATION).drift
             rows.append(Row("Table 3", f"{speed} m/s", f"level {level}", paper, ours, "m", note))
     return rows
 
 
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """One flight."""
+
+    name: str
+    mission: Mission
+    obstacles: str
+    level: float
+    system: str = "dfa"
+
+
 def table4(desk: Desk) -> list[Row]:
     """One pole straight ahead, six levels."""
-    rows = []
-    for level, paper in _POLE.items():
-        mission = fields.mission([0.0], 3.5, level, 3.0, inset=_inset(3.5, level))
-        flown = _flown(_fly(desk, f"pole-{level:.2f}", mission, fields.POLE, level), mission)
-        ours = (
-            flown.times[-1] - flown.times[0] + LEAD,
-            100 * np.abs(flown.places[:, 1]).max(),
-            100 * (fields.HEIGHT - flown.places[:, 2].min()),
-            math.degrees(flown.rolls.max()),
-            math.degrees(-flown.rolls.min()),
-        )
-        columns = (
-            ("travel time", "s"), ("y-max", "cm"), ("z-max fall", "cm"),
-            ("roll max +", "deg"), ("roll max -", "deg"),
-        )  # fmt: skip
-        rows += _cells("Table 4", f"level {level}", columns, paper, ours, _said(flown))
-    return rows
+    plans = [_Plan(f"pole-{level:.2f}", _row(level), fields.POLE, level) for level in POLE]
+    return [row for plan, flight in _flights(desk, plans) for row in _pole(plan, flight)]
+
+
+def _pole(plan: _Plan, flight: Flight) -> list[Row]:
+    flown = _flown(flight, plan.mission)
+    ours = (
+        flown.times[-1] - flown.times[0] + LEAD,
+        100 * np.abs(flown.places[:, 1]).max(),
+        100 * (fields.HEIGHT - flown.places[:, 2].min()),
+        math.degrees(flown.rolls.max()),
+        math.degrees(-flown.rolls.min()),
+        _clearance(flight),
+    )
+    columns = (
+        ("travel time", "s"), ("y-max", "cm"), ("z-max fall", "cm"),
+        ("roll max +", "deg"), ("roll max -", "deg"), ("least distance", "m"),
+    )  # fmt: skip
+    row, paper = f"level {plan.level}", (*POLE[plan.level], None)
+    return _cells("Table 4", row, columns, paper, ours, _said(flown))
 
 
 def figure13(desk: Desk) -> list[Row]:
     """A box turned by 45 degrees, met left of the middle, in the middle, and right of it."""
+    plans = [
+        _Plan(f"tilted-{name}", _row(0.1), fields.tilted(y), 0.1)
+        for name, (y, _) in APPROACHES.items()
+    ]
+    sides = [side for _, side in APPROACHES.values()]
     rows = []
-    for name, y, paper in (("left", -1.0, 1.0), ("middle", 0.0, 1.0), ("right", 1.0, -1.0)):
-        box = fields.TILTED.replace("[0.0, 0.0, 3.0]", f"[0.0, {y}, 3.0]")
-        mission = fields.mission([0.0], 3.5, 0.1, 3.0, inset=_inset(3.5, 0.1))
-        flown = _flown(_fly(desk, f"tilted-{name}", mission, box, 0.1), mission)
+    for (plan, flight), paper in zip(_flights(desk, plans), sides, strict=True):
+        flown = _flown(flight, plan.mission)
         aside = flown.places[:, 1]
         ours = float(np.sign(aside[int(np.argmax(np.abs(aside)))]))
-        rows.append(
-            Row("Fig. 13", f"obstacle {name}", "side passed", paper if y else None, ours,
-                "+ left", f"most {np.abs(aside).max():.2f} m aside; {_said(flown)}")
-        )  # fmt: skip
+        said = f"most {np.abs(aside).max():.2f} m aside; {_said(flown)}"
+        rows += [
+            Row("Fig. 13", plan.name, "side passed", paper, ours, "+ left", said),
+            Row("Fig. 13", plan.name, "least distance", None, _clearance(flight), "m"),
+        ]
     return rows
 
 
 def table6(desk: Desk) -> list[Row]:
     """Three gaps, five levels, four obstacles (Table 5)."""
+    cases = [(course, level) for course in fields.COURSES for level in MISSIONS[course.gap]]
+    plans = [_field(f"field-{c.gap:.0f}m-{level:.2f}", c, level, "dfa") for c, level in cases]
     rows = []
-    for course in fields.COURSES:
-        for level, paper in _MISSIONS[course.gap].items():
-            name = f"field-{course.gap:.0f}m-{level:.2f}"
-            rows += _field(desk, name, course, level, paper, "dfa", "Table 6")
+    for (plan, flight), (course, level) in zip(_flights(desk, plans), cases, strict=True):
+        paper = MISSIONS[course.gap][level]
+        rows += _covered("Table 6", course, plan, flight, paper)
     return rows
 
 
 def figure16(desk: Desk) -> list[Row]:
     """A safe distance of 2 m on the 3 m rows."""
-    rows = []
     course = fields.COURSES[1]
-    for level, paper in _WIDER.items():
-        name = f"wide-{level:.2f}"
-        figures = (None, None, None, None, paper)
-        rows += _field(desk, name, course, level, figures, "dfa-wide", "Fig. 16")
+    plans = [_field(f"wide-{level:.2f}", course, level, "dfa-wide") for level in WIDER]
+    rows = []
+    for plan, flight in _flights(desk, plans):
+        paper = (None, None, None, None, WIDER[plan.level])
+        rows += _covered("Fig. 16", course, plan, flight, paper)
     return rows
 
 
 TABLES = {"3": table3, "4": table4, "fig13": figure13, "6": table6, "fig16": figure16}
 
 
-def _field(
-    desk: Desk, name: str, course: fields.Course, level: float,
-    paper: tuple[float | None, ...], system: str, table: str,
-) -> list[Row]:  # fmt: skip
+@dataclass(frozen=True, slots=True)
+class _Mission:
+    """One flight over the field."""
+
+    table: str
+    name: str
+    course: fields.Course
+    level: float
+    paper: tuple[float | None, ...]
+    system: str = "dfa"
+
+
+def _flights(desk: Desk, plans: Sequence[_Plan]) -> Iterator[tuple[_Plan, Flight]]:
+    """Each plan's flight, flown where that was not done."""
+    made = [(plan, _choices(desk, plan), _world(desk, plan)) for plan in plans]
+    desk.fly_all(
+        [
+            Task.of(desk.folder, plan.name, plan.mission, world, choices, desk.reuse)
+            for plan, choices, world in made
+        ]
+    )
+    for plan, choices, world in made:
+        yield plan, desk.fly(plan.name, plan.mission, world, choices)
+
+
+def _choices(desk: Desk, plan: _Plan) -> Choices:
+    return Choices(
+        system=plan.system, seed=desk.seed, camera=(212, 120), vehicle="sprayer", level=plan.level
+    )
+
+
+def _world(desk: Desk, plan: _Plan) -> str:
+    return fields.world(plan.obstacles, plan.mission, desk.seed)
+
+
+def _row(level: float) -> Mission:
+    """One row of Tables 4 and Fig. 13."""
+    return fields.mission([0.0], 3.5, level, 3.0, inset=_inset(3.5, level))
+
+
+def _field(name: str, course: fields.Course, level: float, system: str) -> _Plan:
     ys = [float(y) for y in np.arange(0.0, 12.0 + 1e-9, course.gap)]
     mission = fields.mission(ys, course.speed, level, course.gap)
-    flight = _fly(desk, name, mission, fields.field_obstacles(), level, system)
+    return _Plan(name, mission, fields.field_obstacles(), level, system)
+
+
+def _covered(
+    table: str, course: fields.Course, plan: _Plan, flight: Flight,
+    paper: tuple[float | None, ...],
+) -> list[Row]:  # fmt: skip
+    mission = plan.mission
     flown = _flown(flight, mission)
     columns = (
         ("time", "s"), ("average z fall", "cm"), ("length", "m"), ("increase", "m"),
-        ("coverage", "%"),
+        ("coverage", "%"), ("least distance", "m"),
     )  # fmt: skip
     falls = 100 * np.maximum(fields.HEIGHT - flown.places[:, 2], 0.0)
     free = mission.route_length + _outside(mission)
@@ -172,13 +201,20 @@ def _field(
         flown.length - _outside(mission) + fields.HEIGHT,
         flown.length - free,
         _coverage(flown.places, course.gap),
+        _clearance(flight),
     )
     pumped = flight.metrics.figures["coverage_percent"]
     said = f"{_said(flown)}; pump off in avoidances: {pumped}"
     if isinstance(pumped, float):
         said = f"{_said(flown)}; pump off in avoidances: {pumped:.1f} %"
-    row = f"gap {course.gap:.0f} m, level {level}"
-    return _cells(table, row, columns, paper, ours, said)
+    row = f"gap {course.gap:.0f} m, level {plan.level}"
+    return _cells(table, row, columns, (*paper, None), ours, said)
+
+
+def _clearance(flight: Flight) -> float:
+    """m between the vehicle's centre and the nearest obstacle, all the way."""
+    found = flight.metrics.figures["clearance_min_m"]
+    return float(found) if isinstance(found, int | float) else math.nan
 
 
 def _cells(
@@ -189,17 +225,6 @@ def _cells(
         Row(table, row, column, theirs, float(mine), unit, note if k == 0 else "")
         for k, ((column, unit), theirs, mine) in enumerate(zip(columns, paper, ours, strict=True))
     ]
-
-
-def _fly(
-    desk: Desk, name: str, mission: Mission, obstacles: str, level: float, system: str = "dfa"
-) -> Flight:
-    from orchard_cli.commands.wiring import Choices
-
-    choices = Choices(
-        system=system, seed=desk.seed, camera=(212, 120), vehicle="sprayer", level=level
-    )
-    return desk.fly(name, mission, fields.world(obstacles, mission, desk.seed), choices)
 
 
 def _flown(flight: Flight, mission: Mission) -> _Flown:

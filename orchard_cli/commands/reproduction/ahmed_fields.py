@@ -26,7 +26,6 @@ ALONG = 2.0  # m/s², of it along the route
 _ORIGIN = SiteOrigin(32.2, 119.5, 10.0, HeightReference.AMSL, math.pi / 2)  # Zhenjiang
 
 POLE = "[[pole]]\nx_m = 0.0\ny_m = 0.0\nradius_m = 0.2\nheight_m = 6.0\n"
-TILTED = "[[box]]\ncentre_m = [0.0, 0.0, 3.0]\nsize_m = [1.0, 0.4, 6.0]\nyaw_deg = 45.0\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +91,11 @@ height_m = 0.0
 velocity_m_s = 0.0
 attitude_deg = 0.0
 """
+
+
+def tilted(y: float) -> str:
+    """The box of Fig. 13, its middle `y` m left of the row."""
+    return f"[[box]]\ncentre_m = [0.0, {y}, 3.0]\nsize_m = [1.0, 0.4, 6.0]\nyaw_deg = 45.0\n"
 
 
 def field_obstacles() -> str:

@@ -20,6 +20,7 @@ from orchard_cli.avoidance.astar.search import (
 
 from . import _kernels
 from .desk import Desk
+from .huang_flights import table_6
 from .rows import Row
 
 TITLE = "Huang et al. 2021: improved A*, radar and camera"
@@ -151,4 +152,4 @@ def _column_errors(far: float, seed: int) -> NDArray[np.float64]:
     return errors
 
 
-TABLES = {"4": table_4, "5": table_5}
+TABLES = {"4": table_4, "5": table_5, "6": table_6}

@@ -1,4 +1,4 @@
-"""Which papers can be reproduced, and where their tables are measured.
+"""Which papers can be reproduced, and where their tables are measured; last the grand table.
 
 A paper's module has `TITLE` and `TABLES`: the table's key on the command line ("4", "fig13") and
 the function that measures it, `(Desk) -> list[Row]`.
@@ -15,7 +15,9 @@ from orchard_cli.errors import Fault, InputError
 from .desk import Desk
 from .rows import Row
 
-PAPERS: tuple[str, ...] = ("liu2024", "wang2020", "huang2021", "ahmed2022", "zhou2020")
+PAPERS: tuple[str, ...] = (
+    "liu2024", "wang2020", "huang2021", "ahmed2022", "zhou2020", "worlds",
+)  # fmt: skip
 ALL = "all"
 
 Table = Callable[[Desk], list[Row]]
