@@ -9,7 +9,14 @@ from typer.testing import CliRunner
 
 from orchard_cli.analysis.paper import Published
 from orchard_cli.commands.app import app
-from orchard_cli.commands.reproduction import flights, liu2024, registry
+from orchard_cli.commands.reproduction import (
+    flights,
+    huang_flights,
+    liu2024,
+    registry,
+    worlds,
+    worlds_shown,
+)
 from orchard_cli.commands.reproduction.ahmed_fields import (
     COURSES,
     POLE,
@@ -128,3 +135,41 @@ def test_the_fields_have_the_lengths_and_areas_of_the_paper(course):
 def test_a_full_tank_flies_with_less():
     assert limits(3.5, 1.0).acceleration < limits(3.5, 0.1).acceleration == 3.0
     assert len(parse(world(POLE, mission([0.0], 3.5, 1.0, 3.0), 0), "made").poles) == 3
+
+
+def test_the_grand_table_has_each_system_in_each_world(monkeypatch, tmp_path):
+    """Nothing is flown: what the flights would have found is put in."""
+    asked = []
+
+    def fly_all(desk, tasks):
+        asked.extend(tasks)
+        return [
+            Outcome(task.name, {"contacts": 1.0, "clearance_min_m": 0.5, "duration_s": "no"})
+            if task.choices.system == "none" else Outcome(task.name, failed="no such sensor")
+            for task in tasks
+        ]  # fmt: skip
+
+    monkeypatch.setattr(Desk, "fly_all", fly_all)
+    monkeypatch.setattr(worlds_shown, "measured_flights", lambda flown: iter(()))
+    rows = worlds.grand(Desk(tmp_path, quiet=True))
+    names = {world.name.removesuffix(".world.toml") for world in worlds.worlds()}
+    assert {(row.table, row.row) for row in rows} == {(w, s) for w in names for s in worlds.SYSTEMS}
+    assert len(rows) == len(names) * len(worlds.SYSTEMS) * len(worlds.METRICS)
+    assert len({task.log for task in asked}) == len(asked)
+    blind = next(row for row in rows if row.row == "none")
+    assert blind.ours == 1.0
+    assert "senses by nothing; touched something; not whole" in blind.note
+    told = next(row for row in rows if row.row == "dfa")
+    assert "depth, radar, range" in told.note
+    assert "no such sensor" in told.note
+    shown = (tmp_path / "worlds.md").read_text()
+    assert shown.count("| dfa | depth, radar, range |") == len(names)
+    assert (tmp_path / "worlds.png").stat().st_size > 1000
+
+
+def test_the_flights_of_huang_meet_their_obstacles():
+    for case in huang_flights.CASES:
+        made = parse(huang_flights._world(case, 0), case.name)
+        flown = huang_flights._mission(case)
+        assert flown.limits.speed == flown.waypoints_site[0, 2] == case.pace
+        assert len(made.trees) + len(made.poles) == (4 if case.scene == "both" else 3)

@@ -8,10 +8,12 @@ import math
 import numpy as np
 import pytest
 
+from orchard_cli.commands.systems import needs_of
 from orchard_cli.flight.ports import Camera, Clock, Truth, Vehicle
 from orchard_cli.model.site import HeightReference, SiteOrigin
-from orchard_cli.model.vehicle import Command, FlightMode, Landed, Setpoint
+from orchard_cli.model.vehicle import Command, FlightMode, Landed, Pose, Setpoint
 from orchard_cli.model.world import Pole, Wind, World
+from orchard_cli.perception.radar_camera import RadarCamera
 from orchard_cli.simulator import LockstepSimulator, SimulatorSettings
 
 ORIGIN = SiteOrigin(23.68, 112.68, 30.0, HeightReference.AMSL, 0.6)
@@ -155,3 +157,28 @@ def test_height_is_counted_from_the_ground_it_stands_on() -> None:
 def test_settings_that_cannot_be_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(wrong))):
         SimulatorSettings(**wrong)
+
+
+def test_radar_and_colour_camera_of_one_flight_are_fused_to_what_stands_there():
+    """`astar-fused`: what the simulator hands out is enough for radar and camera as one sensor."""
+    pytest.importorskip("cv2")
+    sensors = needs_of("astar-fused")
+    settings = SimulatorSettings(camera=(848, 480), sensors=sensors)
+    still = World("column", poles=(Pole(4.0, 0.0, 0.055, 2.1),), seed=3)
+    sim, eyes = LockstepSimulator(still, ORIGIN, (0.0, 0.0), 0.0, settings), RadarCamera()
+    seen = []
+    for now in (2.0, 2.2, 2.4, 2.6):
+        sim.clock.sleep_until(now)
+        here = sim.truth.take()[-1]
+        pose = Pose(now, here.position_site, here.site_from_body)
+        seen += eyes.look(sim.sensors.newest(), pose)
+    assert seen
+    off = [np.hypot(*(one.centre_site - (4.0, 0.0))) for one in seen]
+    assert np.median(off) < 0.082 * 4.0  # as the paper's distance
+    assert np.median([one.width for one in seen]) < 0.2
+
+
+def test_a_system_without_colour_gets_none():
+    sim = simulator()
+    sim.clock.sleep_until(2.0)
+    assert sim.sensors.newest().colour is None

@@ -64,7 +64,8 @@ def picture(file: Path, flown: Sequence[Flown]) -> None:
             for pole in here[0][1].world.poles:
                 above.add_patch(Circle((pole.x, pole.y), 0.3, color="black"))
         above.set(title=f"{world}, from above", xlabel="m", ylabel="m", aspect="equal")
-        above.legend(fontsize=8, loc="upper right")
+        if here:
+            above.legend(fontsize=8, loc="upper right")
         nearest = [one.outcome.figure("clearance_min_m") or 0.0 for one, _ in here]
         names = [one.system for one, _ in here]
         bars = beside.barh(names, nearest, color=[inks[name] for name in names])
