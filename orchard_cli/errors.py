@@ -16,7 +16,14 @@ class Fault:
 
     def __str__(self) -> str:
         line = f"{self.where}: {self.what}" if self.where else self.what
-        return f"{line}; {self.mend}" if self.mend else line
+        return _one_line(f"{line}; {self.mend}" if self.mend else line)
+
+
+def _one_line(text: str) -> str:
+    """What a hostile file says is quoted, not sent to the terminal: no line breaks, no controls."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class OrchardError(Exception):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.linalg import solve_banded
 
 from orchard_cli.model.arrays import Array, Points
 from orchard_cli.model.flown import Track
@@ -56,10 +58,30 @@ def smooth(times: Array, values: Points, steady_ends: bool = False) -> tuple[Arr
     if len(even) < 10 or rate <= 2 * CUTOFF:
         return even, spaced
     pad = min(len(even) - 1, int(3 * rate / CUTOFF))
-    low_pass = butter(2, CUTOFF, fs=rate, output="sos")
-    kind = "even" if steady_ends else "odd"
-    filtered = sosfiltfilt(low_pass, spaced, axis=0, padtype=kind, padlen=pad)
-    return even, np.asarray(filtered)
+    before, after = spaced[pad:0:-1], spaced[-2 : -2 - pad : -1]
+    if not steady_ends:
+        before, after = 2 * spaced[0] - before, 2 * spaced[-1] - after
+    extended = np.concatenate([before, spaced, after])
+    there = _low_passed(extended, rate)
+    back = _low_passed(there[::-1], rate)[::-1]
+    return even, np.ascontiguousarray(back[pad : pad + len(even)])
+
+
+def _low_passed(values: Points, rate: float) -> Points:
+    """Second-order Butterworth at CUTOFF of (n, m) samples, as if the first had been so for ever.
+
+    SciPy's `signal` does the same (the tests compare them), and to import it takes longer than to
+    read a log. The recursion y + a1 y' + a2 y'' = b (x + 2 x' + x'') is a banded system.
+    """
+    k = math.tan(math.pi * CUTOFF / rate)
+    scale = 1 / (1 + math.sqrt(2) * k + k * k)
+    b, a1, a2 = k * k * scale, 2 * (k * k - 1) * scale, (1 - math.sqrt(2) * k + k * k) * scale
+    past = np.concatenate([values[:1], values[:1], values])
+    right = b * (past[2:] + 2 * past[1:-1] + past[:-2])
+    right[0] -= (a1 + a2) * values[0]
+    right[1] -= a2 * values[0]
+    bands = np.repeat([[1.0], [a1], [a2]], len(values), axis=1)
+    return np.asarray(solve_banded((2, 0), bands, right))
 
 
 def path_length(track: Track) -> float:

@@ -397,3 +397,17 @@ def test_times_of_a_track_must_increase():
     with pytest.raises(ValueError, match="not increasing"):
         track(np.array([0.0, 0.0]), np.zeros((2, 3)))
     assert not frozen([1.0], (None,), "x").flags.writeable
+
+
+@pytest.mark.parametrize("steady", [False, True])
+@pytest.mark.parametrize("n", [10, 40, 1500])
+def test_the_low_pass_is_scipys(n, steady):
+    from scipy.signal import butter, sosfiltfilt
+
+    times = np.arange(n) * 0.05
+    values = np.cumsum(np.random.default_rng(n).normal(size=(n, 2)), axis=0) + 50.0
+    even, ours = signals.smooth(times, values, steady)
+    sections = butter(2, signals.CUTOFF, fs=20.0, output="sos")
+    kind = "even" if steady else "odd"
+    theirs = sosfiltfilt(sections, values, axis=0, padtype=kind, padlen=min(n - 1, 60))
+    np.testing.assert_allclose(ours, theirs, atol=1e-8)
