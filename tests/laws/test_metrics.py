@@ -406,7 +406,7 @@ def test_the_low_pass_is_scipys(n, steady):
 
     times = np.arange(n) * 0.05
     values = np.cumsum(np.random.default_rng(n).normal(size=(n, 2)), axis=0) + 50.0
-    even, ours = signals.smooth(times, values, steady)
+    _, ours = signals.smooth(times, values, steady)
     sections = butter(2, signals.CUTOFF, fs=20.0, output="sos")
     kind = "even" if steady else "odd"
     theirs = sosfiltfilt(sections, values, axis=0, padtype=kind, padlen=min(n - 1, 60))
