@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -57,6 +58,7 @@ class Anchored:
         self._poses: deque[Pose] = deque(maxlen=KEPT)
         self._jumps: list[Jump] = []
         self._airborne = False
+        self._shifted = False
         self.shift_site: Vector = np.zeros(3)
         """(3,) m to be added to the autopilot's coordinates now."""
 
@@ -66,11 +68,14 @@ class Anchored:
         if told is None:
             return None
         self._follow(told)
+        if not self._shifted:
+            return told
         return replace(told, position_site=told.position_site + self.shift_site)
 
     def poses(self, since: float) -> tuple[Pose, ...]:
         """Poses after `since`, oldest first, up to that of the newest state asked for."""
-        return tuple(pose for pose in self._poses if pose.time > since)
+        newer = tuple(takewhile(lambda pose: pose.time > since, reversed(self._poses)))
+        return newer[::-1]
 
     def jumps(self) -> tuple[Jump, ...]:
         """Jumps since the last call."""
@@ -79,8 +84,10 @@ class Anchored:
 
     def send(self, setpoint: Setpoint) -> None:
         """Stream a setpoint, in the autopilot's present coordinates."""
-        place = setpoint.position_site - self.shift_site
-        self._vehicle.send(replace(setpoint, position_site=place))
+        if self._shifted:
+            place = setpoint.position_site - self.shift_site
+            setpoint = replace(setpoint, position_site=place)
+        self._vehicle.send(setpoint)
 
     def stop_sending(self) -> None:
         """End the setpoint stream."""
@@ -110,7 +117,9 @@ class Anchored:
         for pose in fresh:
             self._judge(before, pose, told)
             before = pose
-            self._poses.append(replace(pose, position_site=pose.position_site + self.shift_site))
+            if self._shifted:
+                pose = replace(pose, position_site=pose.position_site + self.shift_site)  # noqa: PLW2901
+            self._poses.append(pose)
         self._judge(before, told.pose, told)
 
     def _judge(self, before: Pose | None, pose: Pose, told: VehicleState) -> None:
@@ -119,10 +128,10 @@ class Anchored:
         dt = pose.time - before.time
         moved = pose.position_site - before.position_site - told.velocity_site * dt
         turned = wrapped(_yaw(pose) - _yaw(before) - float(told.angular_velocity_body[2]) * dt)
-        leapt = float(np.linalg.norm(moved)) > STEP + AGILITY / 2 * dt**2
+        leapt = math.hypot(*moved.tolist()) > STEP + AGILITY / 2 * dt**2
         spun = abs(turned) > TURN + SPIN / 2 * dt**2  # NaN rates: no judgement
         if leapt:
-            self.shift_site = self.shift_site - moved
+            self.shift_site, self._shifted = self.shift_site - moved, True
         if leapt or spun:
             still = np.zeros(3)
             jump = Jump(pose.time, moved if leapt else still, turned if spun else 0.0)
@@ -130,5 +139,5 @@ class Anchored:
 
 
 def _yaw(pose: Pose) -> float:
-    w, x, y, z = pose.site_from_body
+    w, x, y, z = pose.site_from_body.tolist()
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

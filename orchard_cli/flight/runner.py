@@ -22,7 +22,7 @@ from .observer import Observer
 from .passage import Passage
 from .phases import begin, step
 from .safety import Phase, Request, Seen, Tolerances
-from .spray import spray
+from .spray import SprayLines, spray
 from .stage import Decision, Stage
 
 RATE = 50.0  # Hz of the control loop and of the setpoint stream
@@ -43,6 +43,7 @@ class Flight:
         self._observer = Observer(
             mission, self._vehicle, self._helm, self._lookout, self._tolerances
         )
+        self._lines = SprayLines.of(mission)
         self._gauge = Gauge(gear.load, gear.vehicle.pump)
         self._passage = Passage(mission.waypoints_site)
         self._refused: str | None = None
@@ -153,7 +154,7 @@ class Flight:
     def _tell(self, decision: Decision, seen: Seen, now: float) -> None:
         state, active = seen.vehicle, self._helm.guidance.active
         phase, gauge = decision.stage.phase, self._gauge
-        spraying = None if state is None else spray(self._mission, phase, state, gauge.empty)
+        spraying = None if state is None else spray(self._lines, phase, state, gauge.empty)
         gauge.run(spraying is not None and spraying.on, now)
         span = (0.0 if active is None else now - active.start, self._helm.guidance.remaining(now))
         self._gear.reporter.cycle(decision, seen, spraying, gauge, span, now)

@@ -251,6 +251,8 @@ def hazards(
         (seen.blocked, Hazard.BLOCKED),
     )
     found += [hazard for is_present, hazard in present if is_present]
+    if not found:
+        return ()
     return tuple(hazard for hazard in Hazard if hazard in found)
 
 

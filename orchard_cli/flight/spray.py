@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
-
-import numpy as np
+from typing import NamedTuple
 
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.vehicle import VehicleState
@@ -14,6 +14,37 @@ from .safety import Phase
 
 LINE_TOLERANCE = 0.4  # m beside the row's line
 SPEED_TOLERANCE = 0.25  # share of the spray speed
+
+
+class Line(NamedTuple):
+    """One straight piece of a row's line; plain numbers, for it is looked at 50 times a second."""
+
+    row: int | None
+    x: float  # m, of its begin
+    y: float
+    along_x: float  # unit vector to its end
+    along_y: float
+    length: float  # m
+
+
+@dataclass(frozen=True, slots=True)
+class SprayLines:
+    """Where a mission sprays, and how fast."""
+
+    lines: tuple[Line, ...]
+    speed: float  # m/s
+
+    @classmethod
+    def of(cls, mission: Mission) -> SprayLines:
+        """Those of a mission."""
+        found = []
+        for segment, points in mission.spray_lines:
+            for (x, y), (x1, y1) in pairwise(points[:, :2].tolist()):
+                length = math.hypot(x1 - x, y1 - y)
+                whole = max(length, 1e-9)
+                along = (x1 - x) / whole, (y1 - y) / whole
+                found.append(Line(segment.row, x, y, along[0], along[1], length))
+        return cls(tuple(found), mission.limits.speed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,24 +56,23 @@ class Spray:
     why: str
 
 
-def spray(mission: Mission, phase: Phase, vehicle: VehicleState, empty: bool = False) -> Spray:
+def spray(lines: SprayLines, phase: Phase, vehicle: VehicleState, empty: bool = False) -> Spray:
     """Judge by where the vehicle is and how fast it goes, not by where it should be."""
     if phase is not Phase.ROUTE:
         return Spray(False, None, f"no spray in {phase.value}")
     if empty:
         return Spray(False, None, "the tank is empty")
-    position, velocity = vehicle.position_site[:2], vehicle.velocity_site[:2]
-    for segment, line in mission.spray_lines:
-        for first, last in pairwise(line[:, :2]):
-            length = float(np.linalg.norm(last - first))
-            along = (last - first) / length
-            offset = position - first
-            s = float(offset @ along)
-            beside = float(abs(offset[0] * along[1] - offset[1] * along[0]))
-            if beside > LINE_TOLERANCE or not 0.0 <= s <= length:
-                continue
-            speed = float(velocity @ along)  # backwards is the way home, over what is done
-            if abs(speed - mission.limits.speed) > SPEED_TOLERANCE * mission.limits.speed:
-                return Spray(False, segment.row, "not at spray speed")
-            return Spray(True, segment.row, "on the row")
+    (x, y, _), (vx, vy, _) = vehicle.position_site.tolist(), vehicle.velocity_site.tolist()
+    for line in lines.lines:
+        dx, dy = x - line.x, y - line.y
+        beside = abs(dx * line.along_y - dy * line.along_x)
+        if (
+            beside > LINE_TOLERANCE
+            or not 0.0 <= dx * line.along_x + dy * line.along_y <= line.length
+        ):
+            continue
+        speed = vx * line.along_x + vy * line.along_y  # backwards is home, over what is done
+        if abs(speed - lines.speed) > SPEED_TOLERANCE * lines.speed:
+            return Spray(False, line.row, "not at spray speed")
+        return Spray(True, line.row, "on the row")
     return Spray(False, None, "off the rows")

@@ -39,8 +39,8 @@ class McapRecorder:
 
     `write` puts the record on a bounded queue; a thread encodes, compresses and writes. A full
     queue or a failing disk costs records, counted in `losses` and said in /log, never time.
-    With `patient` (lockstep, where flight time waits for the log) nothing is dropped: `write`
-    waits for the thread instead.
+    With `patient` (lockstep, where flight time waits for the log) nothing is dropped: there is no
+    thread, and `write` does the work itself.
     """
 
     def __init__(
@@ -66,7 +66,8 @@ class McapRecorder:
         self._failed: Counter[str] = Counter()  # by the log's thread
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="flightlog", daemon=True)
-        self._thread.start()
+        if not patient:
+            self._thread.start()
 
     @property
     def losses(self) -> Mapping[str, int]:
@@ -86,15 +87,22 @@ class McapRecorder:
                 self._dropped["image or map: the writer is behind"] += 1
 
     def _put(self, record: Record) -> None:
+        if self._patient:
+            self._log(record)
+            return
         try:
-            self._queue.put(record, block=self._patient)
+            self._queue.put_nowait(record)
         except queue.Full:
             self._dropped["the queue is full"] += 1
 
     def close(self) -> None:
         """Write out everything that is queued and finish the file."""
-        if not self._closed:
-            self._closed = True
+        if self._closed:
+            return
+        self._closed = True
+        if self._patient:
+            self._finish()
+        else:
             with contextlib.suppress(queue.Full):
                 self._queue.put(None, timeout=CLOSING_LIMIT)
             self._thread.join(CLOSING_LIMIT)
@@ -104,19 +112,26 @@ class McapRecorder:
     def _run(self) -> None:
         while self._step():
             pass
+        self._finish()
+
+    def _finish(self) -> None:
         self._attempt("the end", lambda: self._writing.finish(self.losses))
 
     def _step(self) -> bool:
         """Log one record; False at the end. A pause in the flight ends the chunk."""
         try:
-            record = self._queue.get(timeout=None if self._patient else CHUNK_SECONDS)
+            record = self._queue.get(timeout=CHUNK_SECONDS)
         except queue.Empty:
             self._attempt("a chunk", self._writing.commit)
             return True
         if record is not None:
-            self._attempt(type(record).__name__, lambda: self._writing.take(record))
-            self._attempt("this sentence", lambda: self._writing.tell(self.losses))
+            self._log(record)
         return record is not None
+
+    def _log(self, record: Record) -> None:
+        self._attempt(type(record).__name__, lambda: self._writing.take(record))
+        if self._dropped or self._failed:
+            self._attempt("this sentence", lambda: self._writing.tell(self.losses))
 
     def _attempt(self, what: str, act: Callable[[], None]) -> None:
         try:

@@ -42,6 +42,7 @@ class MotionState:
 
 
 _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0
+"""Powers of the phase within a segment to the weights of its control points."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,19 +77,21 @@ class Trajectory:
 
     def at(self, time: float) -> MotionState:
         """State at `time`; before the start and after the end it stands still at the end point."""
-        inside = self.start <= time <= self.end
         clamped = min(max(time, self.start), self.end)
         k = self.segment(clamped)
         u = (clamped - self.start) / self.interval - k
-        rate = 1 / self.interval if inside else 0.0
-        powers = np.array(
-            [
-                [1.0, u, u * u, u * u * u],
-                [0.0, rate, 2 * u * rate, 3 * u * u * rate],
-                [0.0, 0.0, 2 * rate * rate, 6 * u * rate * rate],
-            ]
-        )
-        return MotionState(time, *(powers @ _BASIS @ self.control_points_site[k : k + 4]))
+        w, r = 1 - u, 1 / self.interval if clamped == time else 0.0
+        rr = r * r
+        weights = np.array(  # _BASIS and its derivatives, multiplied out
+            (
+                w * w * w / 6, ((3 * u - 6) * u * u + 4) / 6, ((3 * w - 6) * w * w + 4) / 6,
+                u * u * u / 6,
+                -w * w / 2 * r, (1.5 * u - 2) * u * r, (2 - 1.5 * w) * w * r, u * u / 2 * r,
+                w * rr, (3 * u - 2) * rr, (3 * w - 2) * rr, u * rr,
+            )
+        ).reshape(3, 4)  # fmt: skip
+        position, velocity, acceleration = weights @ self.control_points_site[k : k + 4]
+        return MotionState(time, position, velocity, acceleration)
 
     def sample(self, times: Array) -> tuple[Points, Points, Points]:
         """Positions, velocities and accelerations at times within [start, end]: three (n, 3)."""

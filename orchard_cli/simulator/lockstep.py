@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import takewhile
 
 from orchard_cli.model.arrays import Vector
 from orchard_cli.model.depth import DepthCamera, DepthFrame
@@ -134,7 +135,8 @@ class LockstepVehicle:
     def poses(self, since: float) -> tuple[Pose, ...]:
         """Poses after `since`, oldest first, of the last two seconds."""
         oldest = max(since, self._autopilot.time - POSE_HISTORY)
-        return tuple(pose for pose in self._poses if pose.time > oldest)
+        newer = tuple(takewhile(lambda pose: pose.time > oldest, reversed(self._poses)))
+        return newer[::-1]
 
     def send(self, setpoint: Setpoint) -> None:
         """Stream this setpoint from now on."""

@@ -35,6 +35,7 @@ from .faults import (
     SimulatedFault,
     WindChange,
 )
+from .feeler import Feeler
 from .scene import Scene
 from .sensors import RadarModel, RangeModel
 from .settings import SimulatorSettings
@@ -88,7 +89,9 @@ class Run:
         self._radar = None if radar is None else RadarModel(self._scene, radar)
         self._lasers = None if beams is None else RangeModel(self._scene, beams)
         self._colour = "colour" in settings.sensors and self.camera is not None
+        self._scans = self._colour or radar is not None or beams is not None
         self._frame_rate = settings.frame_rate
+        self._feeler = Feeler(self._scene, settings.kit.airframe.radius)
         self._failing = FailingCamera()
         self._fix_back = math.inf  # s, when a lost GPS fix comes back
         self._frames = self._sweeps = self._shots = self._pictures = 0
@@ -133,10 +136,9 @@ class Run:
             self._touch()
             truth = self._truth()
         looks = self.camera is not None and self._is_due(self._frame_rate, self._frames)
-        scans = tuple(
-            scan for scan in (self._sweep(), self._shoot(), self._picture()) if scan is not None
-        )
-        return Due(truth, self._frame() if looks else None, scans)
+        scans = (self._sweep(), self._shoot(), self._picture()) if self._scans else ()
+        found = tuple(scan for scan in scans if scan is not None)
+        return Due(truth, self._frame() if looks else None, found)
 
     def _is_due(self, rate: float, taken: int) -> bool:
         return self._ticks * TICK * rate >= taken + 1
@@ -146,7 +148,7 @@ class Run:
         body = self.autopilot.craft.body
         if self._contact or not body.airborne:
             return
-        touched = self._scene.contact(body.position_site, body.airframe.radius, self.time)
+        touched = self._feeler.touched(body.position_site, self.time)
         if touched is not None:
             self._contact = touched
             body.break_rotors()

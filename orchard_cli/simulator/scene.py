@@ -18,7 +18,7 @@ from orchard_cli.geometry.shapes import (
     solids_of,
     tree_solids,
 )
-from orchard_cli.model.arrays import Vector
+from orchard_cli.model.arrays import Array, Vector
 from orchard_cli.model.depth import DepthCamera
 from orchard_cli.model.world import World
 
@@ -104,8 +104,7 @@ class Scene:
     def contact(self, position_site: Vector, radius: float, time: float) -> str | None:
         """What a ball touches, such as "pole 2" (counted from 1 as in the world), or None."""
         point = np.asarray(position_site, dtype=np.float64)
-        near = (self._faces <= np.concatenate([point, -point]) + radius).all(axis=1)
-        for index in np.flatnonzero(near):
+        for index in np.flatnonzero(self._apart(point) <= radius):
             name, solids = self._things[index]
             if nearest_solid(solids, point[None])[0] <= radius:
                 return name
@@ -113,6 +112,17 @@ class Scene:
             if capsule_distances(point[None], person_capsule(person, time))[0, 0] <= radius:
                 return name
         return None
+
+    def room(self, position_site: Vector, radius: float) -> float:
+        """m by which a ball can be moved along each axis and certainly touch nothing that stands
+        still."""
+        apart = self._apart(np.asarray(position_site, dtype=np.float64))
+        return float(apart.min(initial=np.inf)) - radius
+
+    def _apart(self, point: Vector) -> Array:
+        """(n,) m along the axis where it is most, from the box around each still thing."""
+        apart: Array = (self._faces - np.concatenate([point, -point])).max(axis=1)
+        return apart
 
     def _walkers(self, time: float) -> list[Solids]:
         return [Solids(capsules=person_capsule(one, time)) for one in self.world.people]

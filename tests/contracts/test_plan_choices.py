@@ -15,7 +15,7 @@ from orchard_cli.analysis.coverage import flown_lines
 from orchard_cli.commands.app import app
 from orchard_cli.errors import InputError
 from orchard_cli.flight.safety import Phase
-from orchard_cli.flight.spray import spray
+from orchard_cli.flight.spray import SprayLines, spray
 from orchard_cli.flightlog import McapRecorder, read
 from orchard_cli.model.records import SprayRecord
 from orchard_cli.model.vehicle import VehicleState
@@ -138,7 +138,7 @@ def flown_until(mission, stop, path):
     """A log of the mission flown as planned, the pump by the flight's own rule, cut at `stop`."""
     recorder = McapRecorder(path, patient=True)
     files = {"mission.json": missions.dumps(mission).encode()}
-    on = False
+    on, lines = False, SprayLines.of(mission)
     for record in made.flight(mission, attachments=files, as_planned=True, start=0.0):
         if isinstance(record, SprayRecord):
             continue
@@ -146,7 +146,7 @@ def flown_until(mission, stop, path):
             break
         recorder.write(record)
         if isinstance(record, VehicleState):
-            told = spray(mission, Phase.ROUTE, record)
+            told = spray(lines, Phase.ROUTE, record)
             if told.on is not on:
                 on = told.on
                 recorder.write(SprayRecord(record.time, on, told.row, told.why))

@@ -12,7 +12,7 @@ from orchard_cli.simulator.control import Cascade, Demand, Motors
 from .battery import Battery, Pack
 from .estimator import Estimator
 from .parameters import Parameters
-from .seen import Seen, see
+from .seen import Seen
 
 TICK = 0.01  # s: the position loop and everything above it; PX4's runs at 100 Hz too
 
@@ -36,14 +36,14 @@ class Craft:
         self.body = Body(airframe, start_site, start_yaw_site, ground, level)
         self.pumping = False
         self.battery = Battery(pack, airframe)
-        self.acceleration_site = np.zeros(3)  # m/s², true, over the last tick
+        self._before = self.body.velocity_site  # a tick ago
         self._values = values
         self._cascade = Cascade(values, TICK)
         self._tuned = values.version
         self._gusts = Gusts(world.wind, TICK, np.random.default_rng(wind_seed))
         self._estimator = Estimator(world.noise, TICK, np.random.default_rng(noise_seed))
         self._ticks = 0
-        self._look()
+        self.seen: Seen = self._estimator.look(self.body, self.time)
 
     @property
     def time(self) -> float:
@@ -59,6 +59,12 @@ class Craft:
     def attitude_wanted(self) -> Vector:
         """(4,) site_from_body asked for last."""
         return self._cascade.attitude_wanted
+
+    @property
+    def acceleration_site(self) -> Vector:
+        """(3,) m/s², true, over the last tick."""
+        change: Vector = self.body.velocity_site - self._before
+        return change / TICK
 
     @property
     def battery_voltage(self) -> float:
@@ -83,16 +89,11 @@ class Craft:
         if self._tuned != self._values.version:
             self._cascade.retune(self._values)
             self._tuned = self._values.version
-        self.body.around[:3] = self._gusts.step()
-        before = self.body.velocity_site
-        cubes = self._cascade.fly(self.body, self._error, demand, motors)
-        self.acceleration_site = (self.body.velocity_site - before) / TICK
+        self._gusts.step(self.body.around)
+        self._before = self.body.velocity_site
+        cubes = self._cascade.fly(self.body, self._estimator.error, demand, motors)
         self.battery.drain(cubes, TICK)
         if self.pumping:
             self.body.pump(TICK)
         self._ticks += 1
-        self._look()
-
-    def _look(self) -> None:
-        self._error = self._estimator.step()
-        self.seen: Seen = see(self.time, self.body.state, self._error, self.body.ground_height)
+        self.seen = self._estimator.look(self.body, self.time)

@@ -73,9 +73,9 @@ class LandDetector:
     ) -> None:
         """Judge a tick. `thrust` is the collective, `sinking`: the mode asks to descend."""
         least, hover = values["MPC_THR_MIN"], values["MPC_THR_HOVER"]
-        rising = abs(float(seen.velocity_site[2])) > values["LNDMC_Z_VEL_MAX"]
+        rising = abs(seen.climb) > values["LNDMC_Z_VEL_MAX"]
         moving = seen.speed > values["LNDMC_XY_VEL_MAX"]
-        turning = float(abs(seen.rates_body).max()) > math.radians(values["LNDMC_ROT_MAX"])
+        turning = seen.turning > math.radians(values["LNDMC_ROT_MAX"])
         low = thrust <= least + 0.3 * (hover - least)
         near = seen.height < values["LNDMC_ALT_GND"] or values["LNDMC_ALT_GND"] < 0
         contact = near and (low or sinking) and not rising and not moving

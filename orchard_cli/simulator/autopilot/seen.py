@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from orchard_cli.model.arrays import Array, Vector
-from orchard_cli.simulator.control.believe import believe
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,23 +19,17 @@ class Seen:
     rates_body: Vector  # (3,) rad/s
     yaw_site: float  # rad
     height: float  # m above the ground, by the distance sensor
+    turning: float  # rad/s, the greatest of the rates
+    speed: float  # m/s, horizontal
+    climb: float  # m/s, upwards
 
-    @property
-    def speed(self) -> float:
-        """Horizontal, m/s."""
-        return math.hypot(self.velocity_site[0], self.velocity_site[1])
-
-
-def see(time: float, state: Array, error: Array, ground_height: float) -> Seen:
-    """The estimate from the body's state (17,) and the estimator's error (9,)."""
-    position, velocity, attitude = believe(state, error)
-    w, x, y, z = attitude.tolist()
-    return Seen(
-        time,
-        position,
-        velocity,
-        attitude,
-        np.array(state[10:13]),
-        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
-        max(0.0, float(state[2]) - ground_height),
-    )
+    @classmethod
+    def of(cls, time: float, flat: Array) -> Seen:
+        """From the flat array (16,) of _kernels.look, which becomes read-only."""
+        flat.setflags(write=False)
+        x, y, climb = flat[3:6].tolist()
+        yaw, height, turning = flat[13:].tolist()
+        return cls(
+            time, flat[0:3], flat[3:6], flat[6:10], flat[10:13],
+            yaw, height, turning, math.hypot(x, y), climb,
+        )  # fmt: skip

@@ -4,6 +4,7 @@ Site frame and body FLU, SI and radians. Layouts of the flat arrays:
 
 state (17)    0 position, 3 velocity, 6 site_from_body (w, x, y, z), 10 body rates, 13 rotor speeds
 around (6)    0 wind (towards), 3 the ground plane a, b, c: z = a x + b y + c
+air (7)       0 mean wind, 3 gust along x and y m/s, 5 what is kept of it, 6 what is added
 load (5)      mass kg, Ixx, Iyy, Izz kg m², height m of the rotors over the centre of mass
 airframe (11) the constants below
 
@@ -18,6 +19,15 @@ GRAVITY = 9.80665
 
 K_THRUST, K_MOMENT, ARM, LAG, SPEED_MAX, SPEED_IDLE = 0, 1, 2, 3, 4, 5
 DRAG_ROTOR, DRAG_BODY, GROUND_SPRING, GROUND_DAMPER, FRICTION = 6, 7, 8, 9, 10
+
+
+@njit(cache=True, nogil=True)
+def blow(air, normals, around):
+    """The next gust: a first-order Gauss-Markov process driven by `normals` (2,)."""
+    for i in range(2):
+        air[3 + i] = air[5] * air[3 + i] + air[6] * normals[i]
+        around[i] = air[i] + air[3 + i]
+    around[2] = air[2]
 
 
 @njit(cache=True, nogil=True)

@@ -64,8 +64,9 @@ class Body:
     @property
     def ground_height(self) -> float:
         """z of the ground below, m."""
-        a, b, c = self.around[3:]
-        return float(a * self.state[0] + b * self.state[1] + c)
+        a, b, c = self.around[3:].tolist()
+        x, y = self.state[:2].tolist()
+        return float(a * x + b * y + c)
 
     @property
     def airborne(self) -> bool:
