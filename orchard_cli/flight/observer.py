@@ -90,7 +90,7 @@ class Observer:
             silence=math.inf if state is None else now - min(state.heard, state.time),
             frame_age=frame_age,
             planner_age=planner_age,
-            off_track=float(np.linalg.norm(behind)),
+            off_track=math.hypot(*behind.tolist()),
             tracking=self._follower.tracking,
             falling=self._falling(state, float(behind[2]), now),
             blocked=guidance.blocked,
@@ -108,7 +108,7 @@ class Observer:
             else (),
             since_jump=now - self._jumped,
             margins=self._margins(state),
-            strayed=float(np.linalg.norm(self._vehicle.shift_site)),
+            strayed=math.hypot(*self._vehicle.shift_site.tolist()),
             haven=self._lookout.haven(now),
             sight=self._lookout.sight,
             obstacle_near=self._lookout.emergency,
@@ -158,7 +158,7 @@ class Observer:
         guidance = self._helm.guidance
         if state is None or state.mode is not FlightMode.OFFBOARD or not guidance.joined(now):
             return False
-        near = float(np.linalg.norm(behind)) < AT_ROUTE
+        near = math.hypot(*behind.tolist()) < AT_ROUTE
         return near and guidance.yaw_error(state.yaw_site) < ALONG_ROUTE
 
     def _return_share(self, now: float) -> float:
