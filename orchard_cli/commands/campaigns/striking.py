@@ -178,8 +178,12 @@ def _tilt(s: Scene) -> str:
     return f"tilted by {tilt:.0f}° in level flight" if tilt > 8.0 else ""
 
 
-def _frames(s: Scene) -> str:
+def _frames(wanted: str) -> Callable[[Scene], str]:
     """By the images that the simulator shows: none, the same again, empty, or without sense."""
+    return lambda s: told if (told := _images(s)).startswith(wanted) else ""
+
+
+def _images(s: Scene) -> str:
     after = [frame for frame in s.frames if frame[0] > s.since + 0.2]
     now = s.simulator.clock.now()
     newest = s.frames[-1][0] if s.frames else 0.0
@@ -247,8 +251,8 @@ def _pumped(s: Scene) -> str:
 
 
 EVIDENCE: Mapping[str, Callable[[Scene], str]] = {
-    "frames late": _frames, "frames frozen": _frames, "frames blank": _frames,
-    "frames garbage": _frames,
+    "frames late": _frames("no frame"), "frames frozen": _frames("the same"),
+    "frames blank": _frames("empty"), "frames garbage": _frames("frames at random"),
     "poses late": _hits, "planner late": _hits, "planner throwing": _hits,
     "planner hanging": _hits,
     "GPS lost": lambda s: "no fix told" if s.relay.heard.fix < 3 else "",
