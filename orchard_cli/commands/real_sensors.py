@@ -25,6 +25,11 @@ _SENT_AS = {"radar": "OBSTACLE_DISTANCE", "range": "DISTANCE_SENSOR of ids 1 to 
 
 def refuse_unknown(system: str, needs: frozenset[str]) -> None:
     """Raises LinkError when no vehicle can have what the system needs."""
+    if "colour" in needs:
+        raise LinkError(
+            f"{system} would see by colour images, and of a RealSense only the depth is read: "
+            "leave out --detector, zones then sees by depth alone; or fly guided"
+        )
     if needs - PASSED_ON:
         raise LinkError(
             f"{system} needs {' and '.join(sorted(needs - PASSED_ON))}, which are not connected; "

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from orchard_cli.commands.real_sensors import refuse_unknown
 from orchard_cli.commands.systems import BENCH_ONLY, SYSTEMS, demand_airworthy, yaw_rule
 from orchard_cli.commands.wiring import Choices
-from orchard_cli.errors import InputError
+from orchard_cli.errors import InputError, LinkError
 from orchard_cli.motion.yaw import PUBLISHED, STEADY
 
 
@@ -33,3 +34,8 @@ def test_the_published_yaw_is_the_published_systems_own_a_choice_and_for_the_ben
     with pytest.raises(InputError, match="--yaw"):
         demand_airworthy("ego", "published")
     demand_airworthy("ego", "steady")
+
+
+def test_colour_is_refused_of_a_real_camera_with_what_to_leave_out() -> None:
+    with pytest.raises(LinkError, match="leave out --detector"):
+        refuse_unknown("zones", frozenset({"colour"}))
