@@ -137,12 +137,15 @@ class Onboard:
             blocked_at=verdict.blocked_at,
             stages_ms={**stages, "cycle": (perf_counter() - began) * 1e3},
         )
-        occupied, haven = (self._occupied(job), self._haven(job)) if due else (None, None)
+        occupied = self._occupied(job) if due else None
+        haven = None if occupied is None else self._haven(job, occupied)
         return OnboardResult(job, mapped, verdict, record, occupied, haven)
 
-    def _haven(self, job: OnboardJob) -> Haven | None:
+    def _haven(self, job: OnboardJob, occupied: OccupiedCells) -> Haven | None:
+        if self._havens is None:
+            return None
         here = job.vehicle.position_site
-        return None if self._havens is None else self._havens.nearest(here, self._grid)
+        return self._havens.nearest(here, self._grid, occupied.centres_site)
 
     def _occupied(self, job: OnboardJob) -> OccupiedCells:
         centre = job.vehicle.position_site

@@ -11,7 +11,7 @@ from dataclasses import replace
 from orchard_cli.model.vehicle import Command, FlightMode
 
 from .rules import RULES, off_plan, settled
-from .safety import MODES_ASKED, TABLE, TOLD, Hazard, Phase, Seen, Tolerances, hazards, reaction
+from .safety import MODES_ASKED, TABLE, TOLD, Phase, Seen, Tolerances, hazards, reaction
 from .stage import Decision, Stage, Steer
 
 ASK_AGAIN = 2.0  # s between two requests of the same thing: modes are told once a second
@@ -26,9 +26,11 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
     """Decide the next stage, what to stream and what to ask for."""
     found = hazards(stage.phase, now - stage.since, stage.engaged, seen, tolerances)
     overruled = reaction(stage.phase, found)
-    if stage.phase is Phase.HOLD and overruled is not None and _held_back(overruled, found):
-        stage = replace(stage, returning=True, as_planned=False)  # home, as soon as that is safe
-        overruled = None
+    if overruled is not None and overruled[0] is Phase.RETURN:
+        again = next((h for h in found if TABLE[Phase.RETURN, h] is Phase.HOLD), None)
+        if again is not None:  # it would be held again at once: home, as soon as that is safe
+            stage = replace(stage, returning=True, as_planned=False)
+            overruled = None if stage.phase is Phase.HOLD else (Phase.HOLD, again)
     if overruled is not None:
         target, hazard = overruled
         why = hazard.value if seen.refused is None else f"{hazard.value} ({seen.refused})"
@@ -47,12 +49,6 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
     held = stage.phase is Phase.HOLD
     matter = tuple(h for h in found if held or h in TOLD or TABLE[stage.phase, h])
     return Decision(after, _steer(after, seen, tolerances), command, matter)
-
-
-def _held_back(overruled: tuple[Phase, Hazard], found: tuple[Hazard, ...]) -> bool:
-    """Whether a way home would be held again at once: it would go on and off in every cycle."""
-    again = any(TABLE[Phase.RETURN, hazard] is Phase.HOLD for hazard in found)
-    return overruled[0] is Phase.RETURN and again
 
 
 def _engaged(stage: Stage, after: Stage, seen: Seen, tolerances: Tolerances) -> bool:

@@ -103,7 +103,7 @@ def _hold(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Stage
         moving = Phase.RESUME if seen.joining else Phase.ROUTE
         moving = Phase.RETURN if stage.returning else moving
         return to(stage, moving, now, "a way round was found")
-    if seen.request is Request.CONTINUE:
+    if seen.request is Request.CONTINUE and _awake(seen, tolerances):
         return to(stage, onward, now, "the operator said so")
     passing = stage.cause in _PASSING or (stage.cause is Hazard.BLOCKED and not seen.routed)
     if passing and seen.still and waited > CALM and _awake(seen, tolerances):

@@ -305,7 +305,7 @@ def test_a_hold_that_the_operator_asks_for_stays_one_though_the_camera_comes_bac
         events=[(30.0, blind), (36.0, see)],
         requests=[(33.0, Request.HOLD), (60.0, Request.LAND)],
     )
-    assert phases(ledger)[4:] == ["hold", "landing", "ended"]
+    assert phases(ledger)[4:] == ["hold", "diverting", "landing", "ended"]
 
 
 def test_a_camera_that_comes_and_goes_for_ever_does_not_hold_for_ever(mission):

@@ -10,9 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchard_cli.flight.boundary import Margins
+from orchard_cli.flight.eyesight import Sight
+from orchard_cli.flight.haven import Haven
 from orchard_cli.flight.phases import begin, step
 from orchard_cli.flight.safety import TABLE, Hazard, Phase, Request, Seen, Tolerances, reaction
 from orchard_cli.flight.stage import Stage, Steer
+from orchard_cli.flight.tracking import Tracking
 from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 
 FLYING = (Phase.TAKEOFF, Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE, Phase.HOLD, Phase.RETURN)
@@ -186,6 +189,13 @@ def test_every_flight_reaches_an_end_whatever_is_seen(data):
                 "frame_age": st.sampled_from([0.05, 0.05, 2.0]),
                 "planner_age": st.sampled_from([0.05, 2.0]),
                 "blocked": st.booleans(),
+                "sight": st.sampled_from([Sight.GOOD, *Sight]),
+                "unfixed": st.sampled_from([0.0, 0.0, 5.0]),
+                "obstacle_near": st.booleans(),
+                "alive": st.booleans(),
+                "lean": st.sampled_from([0.0, 0.0, 0.5]),
+                "tracking": st.sampled_from([Tracking(), Tracking(0.9), Tracking(1.5)]),
+                "haven": st.sampled_from([None, Haven((0.0, 0.0), 0.0), Haven((4.0, 0.0), 4.0)]),
                 "joined": st.booleans(),
                 "route_done": st.booleans(),
                 "still": st.booleans(),
@@ -222,6 +232,13 @@ def test_every_flight_reaches_an_end_whatever_is_seen(data):
             "planner_age": st.sampled_from([0.05, 2.0]),
             "off_track": st.sampled_from([0.1, 3.0]),
             "blocked": st.booleans(),
+            "sight": st.sampled_from(list(Sight)),
+            "unfixed": st.sampled_from([0.0, 5.0]),
+            "obstacle_near": st.booleans(),
+            "alive": st.booleans(),
+            "lean": st.sampled_from([0.0, 0.5]),
+            "tracking": st.sampled_from([Tracking(), Tracking(1.5)]),
+            "haven": st.sampled_from([None, Haven((4.0, 0.0), 4.0)]),
             "since_jump": st.sampled_from([math.inf, 0.3]),
             "strayed": st.sampled_from([0.0, 9.0]),
             "vehicle": st.sampled_from([vehicle(), vehicle(battery_share=0.15)]),
@@ -252,7 +269,9 @@ def test_a_jump_of_the_estimate_holds_and_then_goes_on_unless_it_has_strayed():
     assert (jumped.phase, jumped.cause) == (Phase.HOLD, Hazard.JUMPED)
     later = step(jumped, seen(still=True, since_jump=3.0), 103.0, Tolerances()).stage
     assert later.phase is Phase.RESUME
-    assert decide(Phase.ROUTE, since_jump=0.0, strayed=9.0).stage.phase is Phase.RETURN
+    assert decide(Phase.ROUTE, strayed=9.0).stage.phase is Phase.RETURN
+    both = decide(Phase.ROUTE, since_jump=0.0, strayed=9.0).stage
+    assert (both.phase, both.returning) == (Phase.HOLD, True)
 
 
 def test_near_the_fence_it_holds_and_outside_it_goes_back():
@@ -260,3 +279,32 @@ def test_near_the_fence_it_holds_and_outside_it_goes_back():
     assert (near.phase, near.cause) == (Phase.HOLD, Hazard.EDGE_NEAR)
     assert decide(Phase.ROUTE, margins=Margins(-0.1, -0.9)).stage.phase is Phase.RETURN
     assert decide(Phase.RETURN, margins=Margins(-0.1, -0.9)).stage.phase is Phase.RETURN
+
+
+OLD = {"frame_age": 0.51, "planner_age": 0.51, "silence": 0.51}
+
+
+@given(
+    st.sampled_from(list(Phase)),
+    st.sampled_from(list(OLD)),
+    st.sampled_from([None, *Request]),
+    st.sampled_from([None, Haven((4.0, 0.0), 4.0)]),
+    st.booleans(),
+)
+def test_no_setpoint_that_moves_is_made_half_a_second_after_a_fault(phase, old, asked, haven, low):
+    """Eyes, planner or link older than 0.5 s: it stands, or nothing is streamed."""
+    state = vehicle(battery_share=0.15 if low else 0.9)
+    ages = {old: OLD[old]}
+    decision = decide(phase, vehicle=state, request=asked, haven=haven, **ages)
+    assert decision.steer in (Steer.STAND, Steer.NOTHING)
+
+
+@given(st.sampled_from(FLYING), st.sampled_from(list(Request)), st.floats(0, 9), st.booleans())
+def test_the_pilot_wins_over_whatever_else_is_wrong(phase, asked, lean, near):
+    flown = vehicle(mode=FlightMode.PILOT, battery_share=0.01)
+    decision = decide(
+        phase, vehicle=flown, request=asked, lean=lean, obstacle_near=near, silence=0.1,
+        sight=Sight.GARBLED, falling=1.0,
+    )  # fmt: skip
+    assert decision.stage.phase is Phase.PILOT
+    assert (decision.steer, decision.command) == (Steer.NOTHING, None)

@@ -32,3 +32,14 @@ def test_a_drifting_clock_is_followed_within_the_window():
         arrived = i * 0.02
         got = clock.flight_time(arrived * 0.9999, arrived)
     assert got == pytest.approx(arrived, abs=2e-3)
+
+
+@pytest.mark.parametrize("step", [-30.0, -5.0, -1.5, -0.8, -0.2, 0.2, 3.0, 60.0])
+def test_a_step_of_the_autopilots_clock_is_never_taken_for_the_future_and_is_over_in_10_s(step):
+    clock = StampClock()
+    for i in range(1500):
+        arrived = i * 0.02
+        got = clock.flight_time(arrived + (step if i >= 500 else 0.0), arrived)
+        assert got <= arrived + 1e-6
+        if step > 0 or step < -1.0 or not 500 <= i <= 1000:
+            assert got == pytest.approx(arrived, abs=1e-6)
