@@ -120,6 +120,7 @@ def flights(tmp_path_factory):
     return read(first), read(second), first, mission
 
 
+@pytest.mark.slow
 def test_a_flight_turns_for_what_the_log_has_seen(flights):
     """Nothing stands in its own world; at the pole of the log's it goes round."""
     first, second, *_ = flights
@@ -130,6 +131,7 @@ def test_a_flight_turns_for_what_the_log_has_seen(flights):
         assert log.safety[-1].phase == "ended"
 
 
+@pytest.mark.slow
 def test_an_album_holds_every_image_with_its_place(flights):
     _, _, path, _ = flights
     found = album(path)
@@ -138,6 +140,7 @@ def test_an_album_holds_every_image_with_its_place(flights):
     assert found.depth(0).shape == (120, 212)
 
 
+@pytest.mark.slow
 def test_a_real_vehicle_never_flies_by_old_images(flights, tmp_path):
     _, _, path, mission = flights
     missions.save(mission, tmp_path / "m.json")

@@ -6,6 +6,7 @@ import io
 import json
 import math
 import zipfile
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -42,6 +43,7 @@ HEAD = """\
 # height_m = 40.0
 # heading_deg = 75.0
 """
+NOBODY = Provenance("", "", "", "")
 SETTINGS = {key: FIELD.tables[key] for key in ("flight", "vehicle")}
 HIGH = Given(ground_height_m=40.0)
 GROUND = Given(ground_height_m=40.0, settings=SETTINGS)
@@ -65,6 +67,17 @@ FORMS = {
     "degrees": (csv_degrees(FIELD.orchard).encode("utf-8-sig"), Form.SHEET, GROUND),
     "metres": ((HEAD + csv_metres(FIELD.orchard)).encode(), Form.SHEET, Given(settings=SETTINGS)),
 }
+
+
+@cache
+def drawn_as(form):
+    data, *how = FORMS[form]
+    return survey.parse(data, "f", *how)
+
+
+@cache
+def field_mission():
+    return mission.plan(FIELD.orchard, FIELD.wishes, NOBODY)
 
 
 def closed(site):
@@ -97,10 +110,9 @@ def same_area(rings, wanted):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_bare_trees_of_the_papers_orchard_give_the_same_waypoints(form):
-    drawn = survey.parse(FORMS[form][0], "f", *FORMS[form][1:])
+    drawn = drawn_as(form)
     assert drawn.recognised.found is not None
-    nobody = Provenance("", "", "", "")
-    there, here = (mission.plan(s.orchard, s.wishes, nobody) for s in (drawn, FIELD))
+    there, here = mission.plan(drawn.orchard, drawn.wishes, NOBODY), field_mission()
     assert there.waypoints_site == pytest.approx(here.waypoints_site, abs=0.01)
     assert there.waypoints_wgs84[:, :2] == pytest.approx(here.waypoints_wgs84[:, :2], abs=9e-8)
     for a, b in zip(drawn.orchard.rows, FIELD.orchard.rows, strict=True):
@@ -110,7 +122,7 @@ def test_bare_trees_of_the_papers_orchard_give_the_same_waypoints(form):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_converting_to_toml_keeps_every_bit(form):
-    drawn = survey.parse(FORMS[form][0], "f", *FORMS[form][1:])
+    drawn = drawn_as(form)
     again = survey.parse(survey.text_of(drawn.tables, ("a remark",)).encode(), "f.toml")
     assert again.orchard.origin == drawn.orchard.origin
     assert again.orchard.name == drawn.orchard.name
