@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from orchard_cli.model.mission import Limits
 from orchard_cli.model.tank import Load
 
 LONGEST = 0.5  # s between two looks: what lasts longer is a gap, in which nobody ran the pump
@@ -42,7 +41,3 @@ class Gauge:
         if on is not self._on:
             self._on = on
             self._pump(on)
-
-    def limits(self, limits: Limits) -> Limits:
-        """The mission's limits as the vehicle can keep them with what is left in the tank."""
-        return limits if self.load is None else self.load.limits(limits)

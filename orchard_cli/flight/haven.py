@@ -79,7 +79,7 @@ class Havens:
         columns = np.empty((len(places), len(_DISC), LEVELS, 3))
         columns[..., :2] = (places[:, None] + self._radius * _DISC)[:, :, None]
         columns[..., 2] = levels[:, None]
-        looked = grid.is_observed(columns.reshape(-1, 3)).reshape(len(places), -1)
+        looked = grid.is_observed(columns.reshape(-1, 3)).reshape(len(places), len(_DISC) * LEVELS)
         return np.asarray(looked.mean(axis=1) >= SEEN)
 
     def _free(self, here: Vector, place: Vector, floor: float, cells: Points) -> bool:

@@ -66,6 +66,13 @@ def test_a_place_that_was_not_seen_is_not_known_to_be_free(mission):  # noqa: F8
     assert nearest(havens, np.array([6.0, 3.0, HEIGHT]), Known(seen=False)) is None
 
 
+def test_on_the_ground_and_where_nothing_is_allowed_there_is_no_place(mission):  # noqa: F811
+    havens = Havens(mission, area_of(mission))
+    assert nearest(havens, np.array([6.0, 3.0, 0.0]), Known()) is None
+    small = np.array([[5.9, 2.9], [6.1, 2.9], [6.1, 3.1], [5.9, 3.1]])
+    assert nearest(Havens(mission, Area(small)), np.array([6.0, 3.0, HEIGHT]), Known()) is None
+
+
 NEAR, HERE = Haven((4.0, 3.0), 3.0), Haven((0.0, 0.0), 0.0)
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from orchard_cli.flight.emergency import HARD, REACTION, needed, too_near
 from orchard_cli.flight.eyesight import Eyesight, Sight, worth
+from orchard_cli.flight.inbox import Inbox
 from orchard_cli.flight.phases import step
 from orchard_cli.flight.safety import TABLE, TOLD, Hazard, Phase, Tolerances
 from orchard_cli.flight.stage import Stage
@@ -51,6 +52,24 @@ def test_noise_is_told_from_a_scene_whatever_its_range(seed, span):
 def test_a_blank_image_and_one_of_a_single_depth_are_none():
     assert worth(np.zeros((120, 212), np.uint16)) is Sight.BLANK
     assert worth(np.full((120, 212), 3000, np.uint16)) is Sight.GARBLED
+
+
+def test_a_few_returns_are_no_noise():
+    few = np.zeros((120, 212), np.uint16)
+    few[::8, :4] = np.random.default_rng(1).integers(1, 60000, (15, 4))
+    assert worth(few) is Sight.GOOD
+
+
+def test_a_frame_from_the_future_is_not_used_and_a_waiting_one_is_kept_a_while():
+    inbox, depth = Inbox(), image()
+    first, second = (DepthFrame(time, depth, CAMERA) for time in (1.0, 1.1))
+    assert not inbox.put(DepthFrame(9.0, depth, CAMERA), 1.0)
+    assert inbox.put(first, 1.0)
+    assert inbox.put(second, 1.1)
+    assert inbox.take(0.9) is None
+    assert inbox.take(1.05) is first
+    assert inbox.take(2.0) is None
+    assert inbox.newest == 1.1
 
 
 def watch(eyes, images, speed, rate=15.0):
