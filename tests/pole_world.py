@@ -45,10 +45,10 @@ class PoleMap:
             self._mark(rim[seen & (((rim - pole[:2]) * rays).sum(axis=1) < 0)])
 
     def band(self, centre_site, half_size, z_low, z_high):
-        n = 2 * round(half_size / CELL)
+        n = 2 * np.round(np.broadcast_to(half_size, 2) / CELL).astype(int)
         corner = np.round(np.asarray(centre_site)[:2] / CELL).astype(int) - n // 2
         i, j = corner - round(LOWER / CELL)
-        square = slice(i, i + n), slice(j, j + n)
+        square = slice(i, i + n[0]), slice(j, j + n[1])
         return Band(
             corner * CELL, CELL, self.occupied[square], self.observed[square], z_low, z_high
         )

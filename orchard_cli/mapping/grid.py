@@ -130,18 +130,23 @@ class OccupancyGrid:
                 return self._metres(out[:found] + 0.5)
             out = np.empty((found, 3), dtype=np.int64)
 
-    def band(self, centre_site: Vector, half_size: float, z_low: float, z_high: float) -> Band:
-        """A square view from above, 2 * half_size wide, of the cells that touch [z_low, z_high].
+    def band(
+        self, centre_site: Vector, half_size: float | tuple[float, float], z_low: float,
+        z_high: float,
+    ) -> Band:  # fmt: skip
+        """A view from above, 2 * half_size wide (along x and along y), of the cells that touch
+        [z_low, z_high].
 
         Columns outside the grid are neither occupied nor observed.
         """
-        if not (half_size > 0 and z_low < z_high):
+        halves = half_size if isinstance(half_size, tuple) else (half_size, half_size)
+        if not (min(halves) > 0 and z_low < z_high):
             raise ValueError("a band needs a positive size and height")
         cell = self.settings.cell
-        n = 2 * max(1, round(half_size / cell))
+        n = np.array([2 * max(1, round(half / cell)) for half in halves])
         corner = np.round(np.asarray(centre_site)[:2] / cell).astype(np.int64) - n // 2
-        occupied = np.zeros((n, n), dtype=np.bool_)
-        observed = np.zeros((n, n), dtype=np.bool_)
+        occupied = np.zeros(tuple(n), dtype=np.bool_)
+        observed = np.zeros(tuple(n), dtype=np.bool_)
         ends = (
             np.append(corner, np.floor(z_low / cell + 1e-9)),
             np.append(corner + n, np.ceil(z_high / cell - 1e-9)),

@@ -43,18 +43,24 @@ class Guided:
         """Keep the active trajectory, go round what blocks it, or stop before it."""
         watch, s = Stopwatch(), self._settings
         with watch.stage("distance_field"):
-            view = self._eyes.look(situation)
-        active, until = view.active, situation.now + s.look_ahead / situation.limits.speed
+            glance = self._eyes.glance(situation)
+        active, until = glance.course.active, situation.now + s.look_ahead / situation.limits.speed
         with watch.stage("check"):
-            close = inspect(active, view.field, situation.now, until, view.floor + s.close)
+            close = inspect(active, glance.field, situation.now, until, glance.floor + s.close)
             soon = active.at(min(situation.commit + active.interval, active.end)).velocity_site
-            if not view.sight.looks_ahead(active, situation.commit, math.hypot(*soon)):
+            if not glance.sight.looks_ahead(active, situation.commit, math.hypot(*soon)):
                 halt = brake(active, situation.commit, situation.limits.acceleration)
                 return Stop(
                     halt, "the camera has not looked where this leads", 0.0, watch.stages_ms
                 )
-            if close.blocked_at is None and not view.stopped:
+            if close.blocked_at is None and not glance.course.stopped:
                 self._turn = 0
+                return Keep(stages_ms=watch.stages_ms)
+        with watch.stage("distance_field"):
+            view = self._eyes.look(glance)
+        with watch.stage("check"):
+            close = inspect(active, view.field, situation.now, until, view.floor + s.close)
+            if close.blocked_at is None and not view.stopped:  # over or under where it must be free
                 return Keep(stages_ms=watch.stages_ms)
             blocked = inspect(active, view.field, situation.now, until, view.floor)
         with watch.stage("replan"):
