@@ -8,9 +8,12 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from orchard_cli.mapping.band import as_input
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.vehicle import VehicleState
 from orchard_cli.motion.yaw import wrapped
+
+from . import _kernels
 
 Depth = NDArray[np.uint16]
 
@@ -37,18 +40,12 @@ def worth(depth_mm: Depth) -> Sight:
     """Judge one image (height, width) by itself."""
     if not depth_mm.any():
         return Sight.BLANK
-    rows = depth_mm[::ROWS].astype(np.int32)
-    left, right = rows[:, :-1], rows[:, 1:]
-    both = (left > 0) & (right > 0)
-    pairs = int(both.sum())
+    pairs, leaps, alike = _kernels.texture(as_input(depth_mm, np.uint16), ROWS, np.float32(LEAP))
     if pairs < ENOUGH:
         return Sight.GOOD
-    leaps = np.abs(left - right) > LEAP * np.minimum(left, right)
-    if int((leaps & both).sum()) > EDGES * pairs:
-        return Sight.GARBLED
-    found = rows[rows > 0]
-    alike = int((found == found[0]).sum())
-    return Sight.GARBLED if alike > ALIKE * rows.size else Sight.GOOD
+    looked_at = -(-depth_mm.shape[0] // ROWS) * depth_mm.shape[1]
+    noise = leaps > EDGES * pairs or alike > ALIKE * looked_at
+    return Sight.GARBLED if noise else Sight.GOOD
 
 
 class Eyesight:
@@ -77,10 +74,15 @@ class Eyesight:
         return self._ill if self._newest - self._since >= LASTING else Sight.GOOD
 
     def _frozen(self, frame: DepthFrame, state: VehicleState | None) -> Sight:
-        again = self._depth is not None and np.array_equal(self._depth, frame.depth_mm)
+        again = self._depth is not None and _alike(self._depth, frame.depth_mm)
         if not again or state is None or self._there is None:
             self._depth, self._there = frame.depth_mm, state
             return Sight.GOOD
         moved = float(np.linalg.norm(state.position_site - self._there.position_site))
         turned = abs(wrapped(state.yaw_site - self._there.yaw_site))
         return Sight.FROZEN if moved > MOVED or turned > TURNED else Sight.GOOD
+
+
+def _alike(a: Depth, b: Depth) -> bool:
+    """Whether two images are the same in every pixel; most differ in the first rows looked at."""
+    return np.array_equal(a[::ROWS], b[::ROWS]) and np.array_equal(a, b)

@@ -9,6 +9,7 @@ from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import FlightMode, Landed, Pose, VehicleState
 from orchard_cli.motion.braking import brake
 
+from .eyesight import worth
 from .onboard import Onboard, OnboardJob
 
 FRAMES = 8
@@ -20,6 +21,7 @@ def warm_up(onboard: Onboard, camera: DepthCamera) -> None:
     depth = np.zeros((camera.height, camera.width), dtype=np.uint16)
     middle = camera.width // 2
     depth[:, middle - camera.width // 16 : middle + camera.width // 16] = 3500
+    worth(depth)
     steps = np.arange(-2, 40) * 0.5
     line = np.stack([steps, np.zeros_like(steps), np.full_like(steps, HEIGHT)], axis=1)
     route = Trajectory(0.0, 0.5, line)

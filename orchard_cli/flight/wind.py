@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from orchard_cli.geometry.rotations import matrix
 from orchard_cli.model.arrays import Vector
 from orchard_cli.model.vehicle import VehicleState
 
@@ -16,8 +15,9 @@ SMOOTHING = 3.0  # s: a gust that is over sooner is flown through
 
 def push(state: VehicleState, wanted_site: Vector) -> Vector:
     """(2,) m/s²: what the rotors push against, over the acceleration (3,) that was asked for."""
-    up = matrix(state.site_from_body)[:, 2]
-    push_site: Vector = GRAVITY * up[:2] / max(float(up[2]), 0.1) - wanted_site[:2]
+    w, x, y, z = state.site_from_body.tolist()
+    lean = np.array([2 * (x * z + w * y), 2 * (y * z - w * x)])  # of the body's z
+    push_site: Vector = GRAVITY / max(1 - 2 * (x * x + y * y), 0.1) * lean - wanted_site[:2]
     return push_site
 
 
