@@ -31,6 +31,7 @@ def texture(depth_mm, every, leap):
                     break
         for u in range(row.size):
             same += np.int32(np.int32(row[u]) == first)
-        pairs, leaps = pairs + both, leaps + far
-        alike += same if first > 0 else 0
+        pairs += int(both)
+        leaps += int(far)
+        alike += int(same) if first > 0 else 0
     return pairs, leaps, alike
