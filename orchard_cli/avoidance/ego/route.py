@@ -51,8 +51,8 @@ def aim(
     """
     span = max(_SPAN, reached + _MEET - progress)
     while True:
-        times = np.asarray(progress + _TICK * np.arange(int(span / _TICK) + 2), dtype=np.float64)
-        times = np.asarray(np.minimum(times, goal), dtype=np.float64)
+        ticks = progress + _TICK * np.arange(int(span / _TICK) + 2)
+        times = np.asarray(np.minimum(ticks, goal), dtype=np.float64)
         places = reference.sample(times)[0]
         away = np.linalg.norm(places - here_site, axis=1)
         within = int(np.searchsorted(times, reached + _MEET)) + 1
