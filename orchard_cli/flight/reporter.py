@@ -107,7 +107,7 @@ class Reporter:
             return ""
         keeps = self._clearance + seen.tracking.widening
         return (
-            f"the autopilot strays {seen.tracking.error:.1f} m beside what it is told to fly: "
+            f"the autopilot strays {seen.tracking.lasting:.1f} m beside what it is told to fly: "
             f"new ways round keep {keeps:.2f} m"
         )
 

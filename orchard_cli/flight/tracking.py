@@ -24,27 +24,31 @@ from orchard_cli.model.vehicle import Setpoint
 ASSUMED = 0.3  # m beside its setpoint that every plan allows for
 MOST = 0.5  # m by which the clearance grows at most
 STEP = 0.1  # m: it grows in steps, so that not every cycle asks for another plan
-FADING = 60.0  # s in which an error is forgotten to a third
+FADING = 60.0  # s in which an error is forgotten to a third; for the hold
+LASTING = 300.0  # s, likewise, for the clearance: an autopilot that strayed will stray again
 MOVING = 0.3  # m/s of the setpoint from which only the error across its way counts
 KEPT = 64  # setpoints: more than a second of them
 
 
 @dataclass(frozen=True, slots=True)
 class Tracking:
-    """The greatest error lately, fading: a peak that holds."""
+    """The greatest error lately: a peak that holds, and fades."""
 
     error: float = 0.0  # m, horizontal, beside what it was told to fly
+    lasting: float = 0.0  # m, the same, forgotten more slowly; never less
     time: float = -math.inf  # s, of the pose that it was last judged by
 
     def after(self, error: float, time: float) -> Tracking:
         """With one more error, at a later time."""
-        faded = self.error * math.exp(min(self.time - time, 0.0) / FADING)
-        return Tracking(max(error, faded), max(time, self.time))
+        dt = max(time - self.time, 0.0)
+        error_now = max(error, self.error * math.exp(-dt / FADING))
+        lasting = max(error, self.lasting * math.exp(-dt / LASTING))
+        return Tracking(error_now, lasting, max(time, self.time))
 
     @property
     def widening(self) -> float:
-        """m to add to the clearance: what the error exceeds ASSUMED by, in whole steps."""
-        excess = self.error - ASSUMED
+        """m to add to the clearance: what the lasting error exceeds ASSUMED by, in whole steps."""
+        excess = self.lasting - ASSUMED
         return min(math.ceil(max(excess, 0.0) / STEP - 1e-9) * STEP, MOST)
 
 

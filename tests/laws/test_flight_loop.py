@@ -19,7 +19,13 @@ from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.mission import plan
 from orchard_cli.model.depth import DepthFrame
 from orchard_cli.model.mission import Provenance
-from orchard_cli.model.records import LogLine, PlannerRecord, SafetyRecord, SprayRecord
+from orchard_cli.model.records import (
+    LogLine,
+    PlannerRecord,
+    SafetyRecord,
+    Severity,
+    SprayRecord,
+)
 from orchard_cli.model.site import HeightReference, Orchard, SiteOrigin, TreeRow
 from orchard_cli.model.vehicle import Command, FlightMode, VehicleState
 from orchard_cli.model.wishes import FlightWishes
@@ -105,6 +111,7 @@ def test_a_free_route_is_flown_to_its_end_and_landed(mission):
     assert ideal.position[:2] == pytest.approx(mission.landing_site, abs=0.01)
     sprayed = {r.row for r in ledger.of(SprayRecord) if r.on}
     assert sprayed == {0, 1}
+    assert [r.text for r in ledger.of(LogLine) if r.severity is Severity.ERROR] == []
 
 
 def test_poles_on_the_row_are_passed_at_the_clearance_and_the_height_is_kept(mission):

@@ -69,12 +69,13 @@ def test_the_error_is_never_under_the_newest_and_fades_no_faster_than_it_says(st
         before, tracking = tracking, tracking.after(error, time)
         assert tracking.error >= error
         assert tracking.error >= before.error * math.exp(-dt / 60) - 1e-9
-        assert tracking.error <= max(error, before.error)
+        assert tracking.lasting >= before.lasting * math.exp(-dt / 300) - 1e-9
+        assert tracking.error <= tracking.lasting <= max(error, before.lasting)
 
 
 @given(ERRORS)
 def test_the_widening_covers_the_excess_in_steps_up_to_its_limit(error):
-    widening = Tracking(error, 0.0).widening
+    widening = Tracking(error, error).widening
     assert min(error - ASSUMED, MOST) - 1e-6 <= widening <= MOST
     assert round(widening / 0.1, 6) % 1 == pytest.approx(0.0, abs=1e-6)
     assert (widening == 0) == (error <= ASSUMED + 1e-10)
@@ -83,14 +84,14 @@ def test_the_widening_covers_the_excess_in_steps_up_to_its_limit(error):
 @given(st.floats(0.0, 1.0))
 def test_up_to_where_it_is_held_no_error_reaches_the_airframe(error):
     limits = Limits()
-    kept = widened(limits, Tracking(error, 0.0).widening).clearance
+    kept = widened(limits, Tracking(error, error).widening).clearance
     assert kept - error >= limits.airframe_radius - 1e-9
     assert error <= Tolerances().tracking
 
 
 def test_an_autopilot_that_tracks_well_changes_no_limit_at_all():
     limits = Limits()
-    assert widened(limits, Tracking(0.29, 0.0).widening) is limits
+    assert widened(limits, Tracking(0.29, 0.29).widening) is limits
 
 
 @pytest.mark.parametrize("phase", [Phase.RESUME, Phase.ROUTE, Phase.AVOIDANCE])
