@@ -126,3 +126,13 @@ def test_the_simulated_tank_runs_dry_like_the_gauge_says():
     sim.vehicle.pump(True)
     sim.clock.sleep_until(20.0)
     assert (body.level, body.load[0]) == (0.0, SPRAYER.mass)
+
+
+@pytest.mark.parametrize(("vehicle", "level"), [("x500", 0.0), ("sprayer", 0.0), ("sprayer", 1.0)])
+def test_the_simulated_battery_hovers_as_long_as_the_mission_counts_on(vehicle, level):
+    """A mission planned for 900 s must not end by a battery of 600 s."""
+    flown = kit(vehicle, level)
+    mass = float(flown.airframe.load(level)[0])
+    power = (mass / flown.airframe.mass) ** 1.5  # of hovering empty, in still air
+    assert flown.pack_for(900.0).endurance / power == pytest.approx(900.0)
+    assert flown.pack_for(900.0).capacity == flown.pack.capacity
