@@ -120,18 +120,48 @@ def _inside(planes, i, j, low, high):
 
 
 @njit(cache=True, nogil=True)
+def _topmost(blocks, out):
+    """The first row of each column of blocks with a return; as many as there are rows if none."""
+    rows = blocks.shape[0]
+    out[:] = rows
+    for v in range(rows - 1, -1, -1):
+        row = blocks[v]
+        for u in range(row.size):
+            out[u] = v if row[u] > 0 else out[u]
+
+
+@njit(cache=True, nogil=True)
+def _under_sky(tops, rows, au, av, az, su, sv, sz, count):
+    """How many of `count` cells of a column may be seen in or under the topmost returns there.
+
+    Cell n is seen in block ((au + su n), (av + sv n)) / (az + sz n); sky says nothing of a cell.
+    """
+    end = np.float32(count - 1)
+    first = min(max(np.int32(au / az), 0), tops.size - 1)
+    last = min(max(np.int32((au + su * end) / (az + sz * end)), 0), tops.size - 1)
+    top = np.int32(rows)
+    for u in range(min(first, last), max(first, last) + 1):
+        top = min(top, tops[u])
+    over, climb = av - top * az, sv - top * sz  # in rows, times z, and its change from cell to cell
+    return min(count, max(int(over / -climb) + 2, 0)) if climb < 0 else count
+
+
+@njit(cache=True, nogil=True)
 def carve(blocks, block_from_cell, planes, margin, box, min_hits, miss, floor, counts, log_odds):
     """One miss for every cell whose centre is seen and lies nearer than the return behind it.
 
     Walks the cells of `box` (lower and upper site indices, within the grid) column by column,
     each inside the view `planes` (n, 4). `block_from_cell @ (i, j, k, 1)` is (column * z, row * z,
     z) of the block that sees the cell's centre, z its depth in metres. Cells that were hit in
-    this frame are left alone. Returns the number of cells carved.
+    this frame are left alone, and those that are as free as they can be (most of them, in flight)
+    are not looked at. Returns the number of cells carved.
     """
     rows, columns = blocks.shape
     mx, my, mz = log_odds.shape[0] - 1, log_odds.shape[1] - 1, log_odds.shape[2] - 1
     p = block_from_cell
     su, sv, sz = np.float32(p[0, 2]), np.float32(p[1, 2]), np.float32(p[2, 2])
+    tops = np.empty(columns, dtype=np.int32)
+    _topmost(blocks, tops)
     carved = 0
     for i in range(box[0], box[3]):
         for j in range(box[1], box[4]):
@@ -141,15 +171,18 @@ def carve(blocks, block_from_cell, planes, margin, box, min_hits, miss, floor, c
             au = np.float32(p[0, 0] * i + p[0, 1] * j + p[0, 2] * start + p[0, 3])
             av = np.float32(p[1, 0] * i + p[1, 1] * j + p[1, 2] * start + p[1, 3])
             az = np.float32(p[2, 0] * i + p[2, 1] * j + p[2, 2] * start + p[2, 3])
+            count = _under_sky(tops, rows, au, av, az, su, sv, sz, stop - start)
             column = log_odds[i & mx, j & my]
             hits = counts[i & mx, j & my]
-            for n in range(stop - start):
+            for n in range(count):
+                k = (start + n) & mz
+                if column[k] <= floor:
+                    continue
                 step = np.float32(n)
                 z = az + sz * step
                 scale = np.float32(1) / z
                 u = min(max(np.int32((au + su * step) * scale), 0), columns - 1)
                 v = min(max(np.int32((av + sv * step) * scale), 0), rows - 1)
-                k = (start + n) & mz
                 if blocks[v, u] > (z + margin) * np.float32(1000) and hits[k] < min_hits:
                     column[k] = max(column[k] + miss, floor)
                     carved += 1
