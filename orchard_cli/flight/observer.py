@@ -78,18 +78,14 @@ class Observer:
         now: float,
     ) -> Seen:
         """Everything that a decision is made from."""
-        guidance, tolerances = self._helm.guidance, self._tolerances
-        frame_age, planner_age = self._lookout.frame_age(now), self._lookout.planner_age(now)
-        checking = stage.phase is Phase.PREFLIGHT
+        guidance, lookout = self._helm.guidance, self._lookout
         behind = self._behind(state, now)
-        if state is not None and self._obeyed(state):
-            self._follower.judge(state.position_site, state.time)
-            self._lean.after(state, self._wanted)
+        self._judge(state)
         return Seen(
             vehicle=state,
             silence=math.inf if state is None else now - min(state.heard, state.time),
-            frame_age=frame_age,
-            planner_age=planner_age,
+            frame_age=lookout.frame_age(now),
+            planner_age=lookout.planner_age(now),
             off_track=math.hypot(*behind.tolist()),
             tracking=self._follower.tracking,
             falling=self._falling(state, float(behind[2]), now),
@@ -103,21 +99,32 @@ class Observer:
             route_done=guidance.arrived(now),
             return_share=self._return_share(now),
             critical_share=self._mission.limits.reserve / 2,
-            not_ready=not_ready(self._mission, state, frame_age, planner_age, tolerances)
-            if checking
-            else (),
+            not_ready=self._not_ready(stage, state, now),
             since_jump=now - self._jumped,
             margins=self._margins(state),
             strayed=math.hypot(*self._vehicle.shift_site.tolist()),
-            haven=self._lookout.haven(now),
-            sight=self._lookout.sight,
-            obstacle_near=self._lookout.emergency,
-            alive=self._lookout.alive,
+            haven=lookout.haven(now),
+            sight=lookout.sight,
+            obstacle_near=lookout.emergency,
+            alive=lookout.alive,
             unfixed=self._unfixed(state, now),
             lean=self._lean.angle,
             request=request,
             refused=refused,
         )
+
+    def _judge(self, state: VehicleState | None) -> None:
+        """How well the autopilot follows, and how far it leans for it."""
+        if state is not None and self._obeyed(state):
+            self._follower.judge(state.position_site, state.time)
+            self._lean.after(state, self._wanted)
+
+    def _not_ready(self, stage: Stage, state: VehicleState | None, now: float) -> tuple[str, ...]:
+        """Reasons against arming, while that matters."""
+        if stage.phase is not Phase.PREFLIGHT:
+            return ()
+        ages = self._lookout.frame_age(now), self._lookout.planner_age(now)
+        return not_ready(self._mission, state, *ages, self._tolerances)
 
     def _margins(self, state: VehicleState | None) -> Margins:
         """From the edges of the fence and the keep-outs."""

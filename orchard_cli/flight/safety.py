@@ -208,25 +208,43 @@ def hazards(
     `age` is the seconds since the phase began, `engaged` whether the autopilot was seen in it in
     the mode that the phase asks for.
     """
-    vehicle, found = seen.vehicle, []
-    flying = phase not in (Phase.PREFLIGHT, Phase.ENDED)
-    if vehicle is not None and flying:
-        ours = _OURS.get(phase, set(FlightMode))
-        if engaged and phase in MODES_ASKED:
-            ours = {MODES_ASKED[phase]}
-        foreign = vehicle.armed and vehicle.mode not in ours
-        sticks = vehicle.mode is FlightMode.PILOT
-        if sticks or (foreign and (engaged or age > tolerances.mode_grace)):
-            found.append(Hazard.PILOT)
-        if not vehicle.armed and phase not in (Phase.LANDING, Phase.PILOT):
-            found.append(Hazard.CRASHED)
-        if vehicle.battery_share < seen.critical_share:
-            found.append(Hazard.BATTERY_CRITICAL)
-        if vehicle.battery_share < seen.return_share:
-            found.append(Hazard.BATTERY_LOW)
-        if seen.falling > tolerances.falling:
-            found.append(Hazard.FALLEN)
-    present = (
+    signs = (
+        *_of_the_vehicle(phase, age, engaged, seen, tolerances),
+        *_of_the_way(seen, tolerances),
+        *_of_the_eyes(seen, tolerances),
+    )
+    found = {hazard for is_present, hazard in signs if is_present}
+    return tuple(hazard for hazard in Hazard if hazard in found) if found else ()
+
+
+Sign = tuple[bool, Hazard]
+
+
+def _of_the_vehicle(
+    phase: Phase, age: float, engaged: bool, seen: Seen, tolerances: Tolerances
+) -> tuple[Sign, ...]:
+    """What the autopilot tells; on the ground nothing of it counts."""
+    vehicle = seen.vehicle
+    if vehicle is None or phase in (Phase.PREFLIGHT, Phase.ENDED):
+        return ()
+    ours = _OURS.get(phase, set(FlightMode))
+    if engaged and phase in MODES_ASKED:
+        ours = {MODES_ASKED[phase]}
+    foreign = vehicle.armed and vehicle.mode not in ours
+    sticks = vehicle.mode is FlightMode.PILOT
+    landing = phase in (Phase.LANDING, Phase.PILOT)
+    return (
+        (sticks or (foreign and (engaged or age > tolerances.mode_grace)), Hazard.PILOT),
+        (not vehicle.armed and not landing, Hazard.CRASHED),
+        (vehicle.battery_share < seen.critical_share, Hazard.BATTERY_CRITICAL),
+        (vehicle.battery_share < seen.return_share, Hazard.BATTERY_LOW),
+        (seen.falling > tolerances.falling, Hazard.FALLEN),
+    )
+
+
+def _of_the_way(seen: Seen, tolerances: Tolerances) -> tuple[Sign, ...]:
+    """What is asked for, and how the flight goes."""
+    return (
         (seen.request is Request.LAND, Hazard.LAND_ASKED),
         (seen.request is Request.RETURN, Hazard.RETURN_ASKED),
         (seen.request is Request.HOLD, Hazard.HOLD_ASKED),
@@ -235,25 +253,27 @@ def hazards(
         (seen.margins.ahead < 0 <= seen.margins.here, Hazard.EDGE_NEAR),
         (seen.since_jump < tolerances.jumped, Hazard.JUMPED),
         (seen.strayed > tolerances.strayed, Hazard.STRAYED),
+        (seen.unfixed > tolerances.unfixed, Hazard.GPS_LOST),
         (seen.off_track > tolerances.off_track, Hazard.OFF_TRACK),
         (seen.tracking.error > tolerances.tracking, Hazard.TRACKING),
         (seen.lean > tolerances.lean, Hazard.WIND),
         (seen.tank_empty and tolerances.empty_returns, Hazard.TANK_EMPTY),
+        (seen.log_lost, Hazard.LOG_LOST),
+    )
+
+
+def _of_the_eyes(seen: Seen, tolerances: Tolerances) -> tuple[Sign, ...]:
+    """What is seen ahead, and whether anything is."""
+    return (
         (seen.obstacle_near, Hazard.OBSTACLE),
-        (seen.unfixed > tolerances.unfixed, Hazard.GPS_LOST),
         (seen.sight is Sight.BLANK, Hazard.FRAME_BLANK),
         (seen.sight is Sight.GARBLED, Hazard.FRAME_GARBLED),
         (seen.sight is Sight.FROZEN, Hazard.FRAME_FROZEN),
-        (seen.alive, Hazard.ALIVE),
-        (seen.log_lost, Hazard.LOG_LOST),
         (seen.frame_age > tolerances.frame_age, Hazard.FRAME_LATE),
         (seen.planner_age > tolerances.planner_age, Hazard.PLANNER_LATE),
         (seen.blocked, Hazard.BLOCKED),
+        (seen.alive, Hazard.ALIVE),
     )
-    found += [hazard for is_present, hazard in present if is_present]
-    if not found:
-        return ()
-    return tuple(hazard for hazard in Hazard if hazard in found)
 
 
 def reaction(phase: Phase, found: tuple[Hazard, ...]) -> tuple[Phase, Hazard] | None:
