@@ -28,7 +28,7 @@ SMALL = 64 * 2**20
 """bytes: a file up to this size is read whole, so that its checksum over everything is verified."""
 SWELLING = 256 * 2**20, 100
 """bytes, and times the file's size: a file that unpacks to more than both is no flight."""
-CROWD = 300_000, 4
+CROWD = 300_000, 32
 """records, and per byte of the file: a file with more records than both is no flight."""
 
 _HEAD = struct.Struct("<BQ")  # opcode, length of what follows
@@ -126,6 +126,7 @@ class _Data:
                 continue
             head = self._read(_HEAD.size)
             opcode, length = _HEAD.unpack(head)
+            self._count(opcode)
             if opcode == Opcode.FOOTER:
                 self._read(length + len(MAGIC))
                 return
@@ -193,10 +194,16 @@ class _Data:
                     found.append(Raw(channel, log_time, records[start + message.size : place]))
             elif opcode in _PLAIN:
                 found.append(self._plain(opcode, records[start:place]))
-            self._crowd -= 1
-            if self._crowd < 0:
-                raise Broken("it holds far more records than a flight")
+            self._count(opcode)
         return found
+
+    def _count(self, opcode: int) -> None:
+        """0 is no opcode: a hole of zeros would be read as millions of empty records."""
+        if opcode == 0:
+            raise Broken(f"it is damaged near byte {self.place} (zeros)")
+        self._crowd -= 1
+        if self._crowd < 0:
+            raise Broken("it holds far more records than a flight")
 
 
 def _stream(content: bytes) -> ReadDataStream:

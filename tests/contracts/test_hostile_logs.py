@@ -85,6 +85,12 @@ def test_a_log_of_millions_of_empty_records_is_given_up(tmp_path):
     assert "far more records" in outcome(read, path)
 
 
+def test_a_file_of_zeros_is_no_millions_of_records(tmp_path):
+    path = tmp_path / "zeros.mcap"
+    path.write_bytes(MAGIC + bytes(20_000_000))
+    assert "zeros" in outcome(read, path)
+
+
 def test_a_chunk_that_tells_a_wrong_checksum_is_not_believed(tmp_path):
     told = record(5, bytes(22))
     head = (0).to_bytes(16, "little") + len(told).to_bytes(8, "little")
