@@ -42,12 +42,12 @@ def motion_findings(flown: Flown, limits: Limits) -> list[Finding]:
 
 
 def _curvature(flown: Flown, limits: Limits) -> list[Finding]:
-    """The bend against the tightest one that acceleration and yaw rate allow at its speed."""
-    speeds = np.maximum(flown.speeds, 1e-6)
-    allowed = np.minimum(limits.acceleration / speeds**2, limits.yaw_rate / speeds)
-    level = np.hypot(flown.velocities[:, 0], flown.velocities[:, 1]) > 0.5 * speeds
-    allowed = np.where(level, allowed, limits.acceleration / speeds**2)
-    share = flown.curvatures / allowed
+    """The bend against the tightest one that acceleration and yaw rate allow at its speed.
+
+    The nose turns with the bend as it is seen from above: into a climb it need not turn at all.
+    """
+    by_acceleration = flown.curvatures * flown.speeds**2 / limits.acceleration
+    share = np.maximum(by_acceleration, flown.yaw_rates / limits.yaw_rate)
     worst = int(share.argmax())
     radius = math.inf if flown.curvatures[worst] == 0 else 1 / flown.curvatures[worst]
     rule = Rule("curvature at its speed", Sense.AT_MOST, 1.0, "of what is allowed", 2 * SHARE)
