@@ -45,6 +45,7 @@ class Fault:
     otherwise: Reaction = Reaction.SAFE  # taking off and landing, which the autopilot flies
     phases: tuple[str, ...] = PHASES
     within: float = STOP_WITHIN  # s until it must stand, where that must follow
+    unheard: float = 0.0  # s for which it cannot be known, the link being down
     real_time: bool = False  # its limits are in real time
     ends_flight: bool = False  # the flight program ends with it: nothing lands the vehicle
 
@@ -73,7 +74,7 @@ FAULTS: Mapping[str, Fault] = {
         Fault("planner hanging", _R.STOP, phases=_EYES),
         Fault("link cut 3 s", _R.STOP, real_time=True),
         Fault("link cut 15 s", _R.STOP, real_time=True),
-        Fault("autopilot rebooted", _R.DEAD, _R.DEAD, phases=("route",)),
+        Fault("autopilot rebooted", _R.DEAD, _R.DEAD, phases=("route",), unheard=3.0),
         Fault("pilot takes over", _R.QUIET, _R.QUIET),
         Fault("second ground station", _R.QUIET, _R.QUIET),
         Fault("MAVLink garbage", _R.GO_ON, phases=("take-off", "route", "avoidance", "landing")),
@@ -204,11 +205,11 @@ def _land(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
 
 
 def _dead(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:
-    del fault
+    known = since + fault.unheard + MODE_TOLD
     late = seen.setpoints_at[-1] - since
-    asked = [what for time, what in seen.asked if time > since + MODE_TOLD]
+    asked = [what for time, what in seen.asked if time > known]
     told = f"last setpoint {max(late, 0.0):.1f} s after, asked for {', '.join(asked) or 'nothing'}"
-    return told, late <= MODE_TOLD and not asked
+    return told, seen.setpoints_at[-1] <= known and not asked
 
 
 def _quiet(fault: Fault, seen: Observed, since: float) -> tuple[str, bool]:

@@ -121,6 +121,7 @@ class Run:
             case Appearance():
                 world = self._scene.world
                 self._scene = Scene(dataclasses.replace(world, poles=(*world.poles, fault.pole)))
+                self._feeler = Feeler(self._scene, craft.body.airframe.radius)
             case OriginMove() | ClockStep():
                 raise ValueError("there are no origin and no stamps of its own without MAVLink")
 

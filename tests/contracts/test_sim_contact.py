@@ -25,6 +25,7 @@ from orchard_cli.model.world import Person, Pole, Tree, Wind, World
 from orchard_cli.simulator import LockstepSimulator, SimulatorSettings
 from orchard_cli.simulator.board import Board
 from orchard_cli.simulator.body import X500
+from orchard_cli.simulator.faults import Appearance
 from tests.ideal import Ledger
 
 ORIGIN = SiteOrigin(23.68, 112.68, 30.0, HeightReference.AMSL, 0.6)
@@ -149,3 +150,16 @@ def test_a_blind_flight_into_a_pole_ends_by_itself_off_plan_and_on_the_ground() 
     last = ledger.of(TruthRecord)[-1]
     assert last.contact == "pole 1"
     assert last.position_site[2] == pytest.approx(0.0, abs=0.01)
+
+
+def test_what_appears_in_the_way_is_touched_as_well():
+    world = World("field", seed=5)
+    sim = LockstepSimulator(world, ORIGIN, (0.0, 0.0), 0.0, SimulatorSettings(camera=None))
+    sim.clock.sleep_until(3.0)
+    sim.vehicle.command(Command.ARM)
+    sim.vehicle.command(Command.TAKEOFF, 3.0)
+    sim.clock.sleep_until(9.0)
+    assert sim.truth.take()[-1].contact == ""
+    sim.inject(Appearance(Pole(0.3, 0.0, 0.1, 5.0)))
+    sim.clock.sleep_until(9.5)
+    assert sim.truth.take()[-1].contact == "pole 1"
