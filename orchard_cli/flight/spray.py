@@ -13,7 +13,7 @@ from orchard_cli.model.vehicle import VehicleState
 from .safety import Phase
 
 LINE_TOLERANCE = 0.4  # m beside the row's line
-SPEED_TOLERANCE = 0.25  # share of the spray speed
+SPEED_TOLERANCE = 0.25  # share of the speed that is planned for the row
 
 
 class Line(NamedTuple):
@@ -25,6 +25,7 @@ class Line(NamedTuple):
     along_x: float  # unit vector to its end
     along_y: float
     length: float  # m
+    speed: float  # m/s, as planned
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,19 +33,19 @@ class SprayLines:
     """Where a mission sprays, and how fast."""
 
     lines: tuple[Line, ...]
-    speed: float  # m/s
 
     @classmethod
     def of(cls, mission: Mission) -> SprayLines:
         """Those of a mission."""
         found = []
         for segment, points in mission.spray_lines:
+            speed = mission.planned_speed(segment)
             for (x, y), (x1, y1) in pairwise(points[:, :2].tolist()):
                 length = math.hypot(x1 - x, y1 - y)
                 whole = max(length, 1e-9)
                 along = (x1 - x) / whole, (y1 - y) / whole
-                found.append(Line(segment.row, x, y, along[0], along[1], length))
-        return cls(tuple(found), mission.limits.speed)
+                found.append(Line(segment.row, x, y, along[0], along[1], length, speed))
+        return cls(tuple(found))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +73,7 @@ def spray(lines: SprayLines, phase: Phase, vehicle: VehicleState, empty: bool = 
         ):
             continue
         speed = vx * line.along_x + vy * line.along_y  # backwards is home, over what is done
-        if abs(speed - lines.speed) > SPEED_TOLERANCE * lines.speed:
+        if abs(speed - line.speed) > SPEED_TOLERANCE * line.speed:
             return Spray(False, line.row, "not at spray speed")
         return Spray(True, line.row, "on the row")
     return Spray(False, None, "off the rows")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -132,6 +133,11 @@ class Mission:
             for segment, begin in zip(self.segments, begins, strict=True)
             if segment.leg is Leg.ROW
         )
+
+    def planned_speed(self, segment: Segment) -> float:
+        """m/s half way along a segment, in time: rows begin and end in bends, which are slower."""
+        middle = self.trajectory.at((segment.start + segment.end) / 2)
+        return math.hypot(*middle.velocity_site[:2].tolist())
 
     @property
     def takeoff_ground(self) -> float:

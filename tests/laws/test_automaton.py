@@ -22,6 +22,7 @@ from orchard_cli.avoidance.automaton.states import (
     step,
     velocity,
 )
+from orchard_cli.avoidance.automaton.view import View
 from orchard_cli.geometry.rotations import from_yaw_pitch_roll
 from orchard_cli.model.mission import Limits
 from orchard_cli.model.sensors import RadarScan, plant_protection_radar
@@ -323,3 +324,18 @@ def test_stopped_beside_the_route_it_stays_for_the_obstacle_may_stand_between():
         verdict = system.plan(seen)
         assert isinstance(verdict, Keep)
     assert "beside the route" in verdict.why
+
+
+def test_what_stands_beyond_the_end_of_a_braking_trajectory_is_still_ahead():
+    """A heavy sprayer slows down from so far that what it flies ends before the obstacle."""
+    view, poles, forward = View(), [(20.0, 0.0, 0.2)], np.array([1.0, 0.0])
+    active = steered(ROUTE, (5.0, 5.2), np.array([0.5, 0.0, 0.0]), 2.0, 0.5)
+    for now in (5.3, 5.4, 5.5, 5.6, 5.7):
+        seen = situation(now, now + 0.2, active, ROUTE, PoleMap([]), QUICK, poles=poles)
+        view.look(seen)
+    here = seen.vehicle.position_site
+    assert active.at(active.end).position_site[0] < 15.0
+    thing = view.obstacle(seen, 1.0, forward)
+    assert thing is not None
+    reading = view.reading(seen, 1.0, forward, thing)
+    assert reading.ahead == pytest.approx(20.0 - 0.2 - here[0], abs=0.4)

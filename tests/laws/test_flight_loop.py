@@ -1,5 +1,6 @@
 """The whole loop on an ideal vehicle: plan in, landing out, with and without faults."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,8 @@ from orchard_cli.flight.haven import Havens
 from orchard_cli.flight.onboard import Onboard
 from orchard_cli.flight.reporter import Reporter
 from orchard_cli.flight.runner import Flight
-from orchard_cli.flight.safety import Request
+from orchard_cli.flight.safety import Phase, Request
+from orchard_cli.flight.spray import SPEED_TOLERANCE, SprayLines, spray
 from orchard_cli.flight.worker import InlineWorker
 from orchard_cli.geometry.clearance import clearance
 from orchard_cli.mapping import OccupancyGrid
@@ -27,7 +29,8 @@ from orchard_cli.model.records import (
     SprayRecord,
 )
 from orchard_cli.model.site import HeightReference, Orchard, SiteOrigin, TreeRow
-from orchard_cli.model.vehicle import Command, FlightMode, VehicleState
+from orchard_cli.model.tank import SPRAYER, Load
+from orchard_cli.model.vehicle import Command, FlightMode, Landed, VehicleState
 from orchard_cli.model.wishes import FlightWishes
 from orchard_cli.model.world import Pole, Tree, World
 from tests.ideal import IdealWorld, Ledger
@@ -56,8 +59,9 @@ def world_of(mission, poles=()):
 
 
 def fly(
-    mission, world, *, system=None, requests=(), events=(), refuse=None, prepare=None, latency=0.04
-):
+    mission, world, *, system=None, requests=(), events=(), refuse=None, prepare=None, latency=0.04,
+    load=None,
+):  # fmt: skip
     x, y = mission.takeoff_site
     ideal = IdealWorld(world, (float(x), float(y)))
     ideal.events = list(events)
@@ -80,6 +84,7 @@ def fly(
         reporter=Reporter(mission, ledger, ledger, 0.0),
         operator=ledger,
         guard=ledger,
+        load=load,
     )
     return Flight(mission, gear).run(), ideal, ledger
 
@@ -112,6 +117,69 @@ def test_a_free_route_is_flown_to_its_end_and_landed(mission):
     sprayed = {r.row for r in ledger.of(SprayRecord) if r.on}
     assert sprayed == {0, 1}
     assert [r.text for r in ledger.of(LogLine) if r.severity is Severity.ERROR] == []
+
+
+class Told(Blind):
+    """Remembers by which load and limits it was to plan."""
+
+    def __init__(self):
+        self.loads, self.limits = [], []
+
+    def plan(self, situation):
+        self.loads.append(situation.load)
+        self.limits.append(situation.limits)
+        return super().plan(situation)
+
+
+def test_the_level_lowers_with_the_flow_and_an_empty_tank_ends_the_spraying_alone(mission):
+    full = Load(SPRAYER, 0.016)  # 0.51 l, 15 s of pumping: less than the two rows take
+    system = Told()
+    ending, ideal, ledger = fly(mission, world_of(mission), system=system, load=full)
+    assert ending.as_planned, ending
+    records = ledger.of(SprayRecord)
+    pumped = sum(
+        after.time - before.time for before, after in itertools.pairwise(records) if before.on
+    )
+    assert records[-1].level == 0.0
+    assert records[-1].used == pytest.approx(SPRAYER.litres(full.level))
+    assert pumped == pytest.approx(records[-1].used / (SPRAYER.flow / 60), abs=0.3)
+    levels = [record.level for record in records]
+    assert all(b <= a for a, b in itertools.pairwise(levels))
+    dry = next(record.time for record in records if record.level == 0.0)
+    said = [record for record in records if record.time > dry + 0.1 and "on the row" in record.why]
+    assert not said
+    assert any(record.why == "the tank is empty" for record in records)
+    assert [on for _, on in ideal.pumped][-1] is False
+    assert all(time <= dry + 0.1 for time, on in ideal.pumped if on)
+    # every system is told its limits for the load of that moment: this is where they come from
+    assert system.loads[0].level > system.loads[-1].level == 0.0
+    for load, limits in zip(system.loads[::50], system.limits[::50], strict=True):
+        assert limits == load.limits(mission.limits)
+
+
+def test_a_fuller_tank_leaves_every_system_less_acceleration(mission):
+    hasty = replace(mission.limits, acceleration=3.0)
+    empty, full = (Load(SPRAYER, level).limits(hasty) for level in (0.0, 1.0))
+    assert full.acceleration == pytest.approx(SPRAYER.acceleration_max(1.0))
+    assert full.acceleration < 1.1
+    assert empty.acceleration == 3.0
+    assert empty.airframe_radius == full.airframe_radius == SPRAYER.radius
+
+
+@pytest.mark.parametrize("share", [0.7, 0.8, 1.0, 1.2, 1.3])
+def test_the_pump_runs_round_the_planned_speed_and_no_further_above_than_below(mission, share):
+    segment, line = mission.spray_lines[0]
+    along = (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
+    planned = mission.planned_speed(segment)
+    assert planned < mission.limits.speed  # what the flight keeps in hand
+    where = (line[0] + line[1]) / 2
+    nose = np.array([1.0, 0.0, 0.0, 0.0])
+    state = VehicleState(
+        1.0, where, share * planned * along, nose, np.zeros(3),
+        True, FlightMode.OFFBOARD, Landed.IN_AIR, 1.0, 1.0, 16.0, True,
+    )  # fmt: skip
+    said = spray(SprayLines.of(mission), Phase.ROUTE, state)
+    assert said.on is (abs(share - 1) < SPEED_TOLERANCE)
 
 
 def test_poles_on_the_row_are_passed_at_the_clearance_and_the_height_is_kept(mission):

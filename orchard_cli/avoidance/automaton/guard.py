@@ -33,7 +33,7 @@ def refusal(
     room = stopping + situation.limits.airframe_radius
     if memory.state in (State.Q0, State.Q1):
         return "it is too near to turn aside" if reading.ahead < stopping else ""
-    ahead = view.obstacle(situation, situation.limits.airframe_radius)
+    ahead = view.obstacle(situation, situation.limits.airframe_radius, sure=True)
     if ahead is not None:
         here = situation.vehicle.position_site
         if float(np.linalg.norm((ahead - here)[:2])) < room:

@@ -44,6 +44,11 @@ class Reflections:
         sure: Points = self._points[self._hits >= SURE_OF]
         return sure
 
+    @property
+    def errors(self) -> Array:
+        """(k,) m by which those may be off: the farther they were measured from, the more."""
+        return np.asarray(AGREE_SHARE * self._range[self._hits >= SURE_OF])
+
     def take(self, confirmed: Points, scan: RadarScan, vehicle: VehicleState) -> None:
         """A scan, and its confirmed reflections (k, 3) m at the vehicle's height."""
         here, now = vehicle.position_site, scan.time
@@ -51,8 +56,9 @@ class Reflections:
         self._seen[again], self._missed[again] = now, 0
         self._hits[again] += 1
         self._missed[self._in_sight(scan, vehicle) & ~again] += 1
-        sure = agreeing(confirmed, self.points, here)
-        self._keep(~again | (_away(self._points, here) > NEARER * self._range))
+        stale = again & (_away(self._points, here) < NEARER * self._range)
+        sure = agreeing(confirmed, self._points[stale & (self._hits >= SURE_OF)], here)
+        self._keep(~stale)
         new = ~_within(confirmed, self._points, SAME)
         count = int(new.sum())
         self._points = np.concatenate([self._points, confirmed[new]])

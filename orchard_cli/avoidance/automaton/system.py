@@ -102,7 +102,7 @@ class Dfa:
             yaw = situation.vehicle.yaw_site
             facing = np.array([math.cos(yaw), math.sin(yaw)])
             return self._view.reading(situation, self._width(situation), facing, None)
-        found = self._view.obstacle(situation, self._width(situation))
+        found = self._view.obstacle(situation, self._width(situation), flown.facing)
         if self._memory.state is State.Q1 and found is not None:
             flown.obstacle = found
         seen = self._view.reading(situation, self._width(situation), flown.facing, flown.obstacle)

@@ -23,6 +23,7 @@ KEPT = 0.35  # s for which the obstacle is remembered when the radar loses it
 STALE = 0.5  # s: older scans say nothing
 CONE = math.cos(math.radians(45.0))  # what is ahead lies within so much of where the path sets out
 JOINED = 0.8  # m between reflections of one thing
+REACH = 30.0  # m
 FRESH = 0.5  # s: reflections that say where a thing's edge is
 
 
@@ -68,7 +69,8 @@ class View:
         (3,) m: a reflection of what is being avoided, of which d_b is then."""
         here = situation.vehicle.position_site
         there = self._confirmed if thing is None else _of_one_thing(self._confirmed, thing)
-        ahead, aside = self._ahead(situation, width), math.nan
+        onward = None if thing is None else facing
+        ahead, aside = self._ahead(situation, width, onward), math.nan
         if len(there):
             away = there[:, :2] - here[:2]
             nearest = away[int(np.argmin(np.linalg.norm(away, axis=1)))]
@@ -78,12 +80,19 @@ class View:
             aside = self._aside[1]
         return Reading(ahead, aside, self._lasers())
 
-    def obstacle(self, situation: Situation, width: float) -> Vector | None:
-        """(3,) m: the nearest reflection in the way, of those that are remembered."""
-        path = _path_ahead(situation)
+    def obstacle(
+        self, situation: Situation, width: float, onward: Vector | None = None, sure: bool = False
+    ) -> Vector | None:
+        """(3,) m: the nearest reflection in the way, of those that are remembered.
+
+        `onward` (2,): the way that is flown on when the active trajectory ends. `sure`: not what
+        is in the way only by the radar's error.
+        """
+        path = _path_ahead(situation, onward)
         there = self._known.points
         forward = (there[:, :2] - path[0]) @ _direction(path) >= 0.0
-        there = there[forward & (_distances(there[:, :2], path)[0] < width)]
+        gaps = _distances(there[:, :2], path)[0] + (self._known.errors if sure else 0.0)
+        there = there[forward & (gaps < width)]
         if not len(there):
             return None
         away = np.linalg.norm((there - situation.vehicle.position_site)[:, :2], axis=1)
@@ -107,10 +116,10 @@ class View:
         points = _of_one_thing(fresh if len(fresh) else self._known.points, thing)
         return float(((points - here)[:, :2] @ aside).min()) if len(points) else math.inf
 
-    def _ahead(self, situation: Situation, width: float) -> float:
+    def _ahead(self, situation: Situation, width: float, onward: Vector | None) -> float:
         """m to the nearest remembered reflection in the way and ahead: along the path where it
         bends, straight where it does not."""
-        path, there = _path_ahead(situation), self._known.points
+        path, there = _path_ahead(situation, onward), self._known.points
         away = there[:, :2] - path[0]
         straight = np.linalg.norm(away, axis=1)
         direction = _direction(path)
@@ -149,13 +158,13 @@ def _near(points: Points, known: Points) -> Array:
     return np.asarray((off < JOINED).any(axis=1))
 
 
-def _path_ahead(situation: Situation) -> Points:
-    """(k, 2) m: what is flown next, and, where it ends soon, straight on."""
+def _path_ahead(situation: Situation, onward: Vector | None) -> Points:
+    """(k, 2) m: what is flown next, and, in a manoeuvre, straight on from its end."""
     active = situation.active
     horizon = 30.0 / max(situation.limits.speed, 0.1)
     end = max(min(active.end, situation.now + horizon), situation.now + 0.1)
     places: Points = active.sample(np.linspace(situation.now, end, 80))[0][:, :2]
-    return places
+    return places if onward is None else np.vstack([places, places[-1] + REACH * onward])
 
 
 def _direction(path: Points) -> Vector:
