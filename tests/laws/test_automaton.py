@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchard_cli.avoidance.automaton import AutomatonSettings, Dfa, steered
@@ -142,6 +142,7 @@ def test_the_numbers_of_the_papers_sprayer():
     assert found.trigger == pytest.approx((seen - stays) / found.speed)  # eq. 29
 
 
+@settings(deadline=None)
 @given(st.floats(0.05, 2.0), st.floats(0.0, 1.0), st.floats(0.3, 1.2), st.floats(0.5, 4.0))
 def test_the_trigger_time_ends_as_far_aside_as_was_asked(left, share, speed, most):
     """The bend from aside to ahead, each axis with its share of the acceleration (eq. 29)."""
