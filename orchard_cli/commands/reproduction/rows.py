@@ -48,8 +48,13 @@ def document(rows: Sequence[Row]) -> dict[str, Any]:
 
 def _entry(row: Row) -> dict[str, Any]:
     of = f"median of {row.flights} flights, {row.spread}" if row.spread else ""
-    found = {key: getattr(row, key) for key in _KEYS}
+    found = {key: _short(getattr(row, key)) for key in _KEYS}
     return {**found, "note": "; ".join(filter(None, (of, row.note)))}
+
+
+def _short(value: str | float | None) -> str | float | None:
+    """Six figures are more than any of these is good for."""
+    return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
 def difference(row: Row) -> str:
