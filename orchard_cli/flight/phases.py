@@ -46,7 +46,7 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
         command = None
     if stage.phase is Phase.PREFLIGHT and after.phase is Phase.ENDED and stage.asked is Command.ARM:
         command = Command.DISARM  # it may be arming at this moment
-    held = stage.phase is Phase.HOLD
+    held = stage.phase in (Phase.HOLD, Phase.DIVERT)
     matter = tuple(h for h in found if held or h in TOLD or TABLE[stage.phase, h])
     return Decision(after, _steer(after, seen, tolerances), command, matter)
 
@@ -108,7 +108,13 @@ _STEERS = {
 
 
 def _steer(stage: Stage, seen: Seen, tolerances: Tolerances) -> Steer:
-    """A silent link gets no setpoint: an old one must not be obeyed when it comes back."""
+    """A silent link gets no setpoint: an old one must not be obeyed when it comes back.
+
+    On the way to a place to come down on, who sees nothing for a moment stands and waits for it.
+    """
     if seen.silence > tolerances.silence:
         return Steer.NOTHING
+    late = seen.frame_age > tolerances.frame_age or seen.planner_age > tolerances.planner_age
+    if stage.phase is Phase.DIVERT and late:
+        return Steer.STAND
     return _STEERS.get(stage.phase, Steer.NOTHING)

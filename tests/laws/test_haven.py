@@ -1,5 +1,7 @@
 """A flight that ends early comes down where nothing stands, as far as that is known."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,9 +16,11 @@ from orchard_cli.geometry.area import Area
 from orchard_cli.model.vehicle import FlightMode
 from tests.laws.test_flight_loop import (  # noqa: F401
     HEIGHT,
+    blind,
     fly,
     mission,
     phases,
+    see,
     world_of,
 )
 from tests.laws.test_safety import decide, seen, vehicle
@@ -111,6 +115,16 @@ def test_asked_again_on_the_way_it_lands_at_once_and_the_pilot_wins():
     assert (taken.stage.phase, taken.command) == (Phase.PILOT, None)
 
 
+@pytest.mark.parametrize("late", [{"frame_age": 2.0}, {"planner_age": math.inf}])
+def test_who_sees_nothing_for_a_moment_on_the_way_stands_and_waits(late):
+    """To land at once could be on a tree. The wait ends with the time for the way."""
+    waits = decide(Phase.DIVERT, vehicle=vehicle(battery_share=0.05), **late)
+    assert (waits.stage.phase, waits.steer) == (Phase.DIVERT, Steer.STAND)
+    assert decide(Phase.DIVERT).steer is Steer.DIVERT
+    begun = Stage(Phase.DIVERT, 0.0, "asked")
+    assert step(begun, seen(**late), 31.0, Tolerances()).stage.phase is Phase.LANDING
+
+
 def test_a_route_that_is_over_lands_where_it_was_planned():
     landing = decide(Phase.ROUTE, route_done=True, haven=NEAR).stage
     assert (landing.phase, landing.as_planned) == (Phase.LANDING, True)
@@ -119,9 +133,12 @@ def test_a_route_that_is_over_lands_where_it_was_planned():
     assert home.phase is Phase.LANDING
 
 
-def test_asked_to_land_over_a_row_it_comes_down_beside_the_trees(mission):  # noqa: F811
+@pytest.mark.parametrize("events", [[], [(30.6, blind), (33.6, see)]], ids=["seeing", "blinded"])
+def test_asked_to_land_over_a_row_it_comes_down_beside_the_trees(mission, events):  # noqa: F811
     """On the way back it has seen what is beside the row: it lands there, not on a tree."""
-    ending, ideal, ledger = fly(mission, world_of(mission), requests=[(30.0, Request.LAND)])
+    ending, ideal, ledger = fly(
+        mission, world_of(mission), requests=[(30.0, Request.LAND)], events=events
+    )
     assert not ending.as_planned
     assert phases(ledger)[-3:] == ["diverting", "landing", "ended"], ending
     trunks = np.concatenate([row.trunks_site for row in mission.orchard.rows])
