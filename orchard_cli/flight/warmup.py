@@ -7,7 +7,7 @@ import numpy as np
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.trajectory import Trajectory
 from orchard_cli.model.vehicle import FlightMode, Landed, Pose, VehicleState
-from orchard_cli.motion.braking import brake
+from orchard_cli.motion.braking import brake, brake_within
 
 from .eyesight import worth
 from .onboard import Onboard, OnboardJob
@@ -32,6 +32,7 @@ def warm_up(onboard: Onboard, camera: DepthCamera) -> None:
         frame = DepthFrame(now - 0.05, depth, camera)
         onboard.cycle(OnboardJob(now, now + 0.3, frame, poses, state, route, route))
     brake(route, 2.0, 0.5)  # every flight may have to, whatever avoids for it
+    brake_within(route, 2.0, 1.0, 0.3, 0.5)
 
 
 def _hovering(now: float) -> VehicleState:
