@@ -125,9 +125,8 @@ class Onboard:
         stages: Mapping[str, float],
         began: float,
     ) -> OnboardResult:
-        due = job.now - self._mapped >= MAP_PERIOD
-        if due:
-            self._mapped = job.now
+        occupied = self._occupied(job)
+        haven = None if occupied is None else self._haven(job, occupied)
         words = {Keep: "keep", Avoid: "avoid", Stop: "stop"}
         record = PlannerRecord(
             time=job.now,
@@ -137,8 +136,6 @@ class Onboard:
             blocked_at=verdict.blocked_at,
             stages_ms={**stages, "cycle": (perf_counter() - began) * 1e3},
         )
-        occupied = self._occupied(job) if due else None
-        haven = None if occupied is None else self._haven(job, occupied)
         return OnboardResult(job, mapped, verdict, record, occupied, haven)
 
     def _haven(self, job: OnboardJob, occupied: OccupiedCells) -> Haven | None:
@@ -147,7 +144,10 @@ class Onboard:
         here = job.vehicle.position_site
         return self._havens.nearest(here, self._grid, occupied.centres_site)
 
-    def _occupied(self, job: OnboardJob) -> OccupiedCells:
+    def _occupied(self, job: OnboardJob) -> OccupiedCells | None:
+        if job.now - self._mapped < MAP_PERIOD:
+            return None
+        self._mapped = job.now
         centre = job.vehicle.position_site
         cells = self._grid.occupied_cells(centre, MAP_RADIUS)
         return OccupiedCells(job.now, cells, self._grid.settings.cell)
