@@ -14,12 +14,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, replace
-from itertools import takewhile
 
 import numpy as np
 
 from orchard_cli.model.arrays import Vector
-from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
+from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState, poses_after
 from orchard_cli.motion.yaw import wrapped
 
 from .ports import Vehicle
@@ -74,8 +73,7 @@ class Anchored:
 
     def poses(self, since: float) -> tuple[Pose, ...]:
         """Poses after `since`, oldest first, up to that of the newest state asked for."""
-        newer = tuple(takewhile(lambda pose: pose.time > since, reversed(self._poses)))
-        return newer[::-1]
+        return poses_after(self._poses, since)
 
     def jumps(self) -> tuple[Jump, ...]:
         """Jumps since the last call."""
@@ -117,9 +115,10 @@ class Anchored:
         for pose in fresh:
             self._judge(before, pose, told)
             before = pose
+            kept = pose
             if self._shifted:
-                pose = replace(pose, position_site=pose.position_site + self.shift_site)  # noqa: PLW2901
-            self._poses.append(pose)
+                kept = replace(pose, position_site=pose.position_site + self.shift_site)
+            self._poses.append(kept)
         self._judge(before, told.pose, told)
 
     def _judge(self, before: Pose | None, pose: Pose, told: VehicleState) -> None:

@@ -50,9 +50,6 @@ def _within(frame: DepthFrame, reach: float) -> Points:
     camera = frame.camera
     depth = frame.depth_mm[::BLOCK, ::BLOCK]
     v, u = np.nonzero((depth > 0) & (depth <= reach * 1000))
-    z = depth[v, u] / 1000.0
-    seen = np.column_stack(
-        [(u * BLOCK - camera.cx) / camera.fx * z, (v * BLOCK - camera.cy) / camera.fy * z, z]
-    )
+    seen = camera.points(u * BLOCK, v * BLOCK, depth[v, u] / 1000.0)
     body: Points = seen @ camera.body_from_camera.T + camera.position_body
     return body

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +24,16 @@ from .wind import Lean
 CLIMBED = 1.2  # m below its height at which PX4 calls a take-off done (0.8 m) and a margin
 AT_ROUTE = 1.0  # m, and
 ALONG_ROUTE = 0.25  # rad, between the vehicle and where it should stand before a route begins
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What the loop knows besides."""
+
+    request: Request | None  # of the operator
+    refused: str | None  # what the autopilot said when it last refused
+    tank_empty: bool
+    log_lost: bool  # records so far
 
 
 class Observer:
@@ -69,14 +80,7 @@ class Observer:
         else:
             self._follower.sent(setpoint)
 
-    def gather(
-        self,
-        stage: Stage,
-        state: VehicleState | None,
-        request: Request | None,
-        refused: str | None,
-        now: float,
-    ) -> Seen:
+    def gather(self, stage: Stage, state: VehicleState | None, told: Told, now: float) -> Seen:
         """Everything that a decision is made from."""
         guidance, lookout = self._helm.guidance, self._lookout
         behind = self._behind(state, now)
@@ -109,8 +113,10 @@ class Observer:
             alive=lookout.alive,
             unfixed=self._unfixed(state, now),
             lean=self._lean.angle,
-            request=request,
-            refused=refused,
+            tank_empty=told.tank_empty,
+            log_lost=told.log_lost,
+            request=told.request,
+            refused=told.refused,
         )
 
     def _judge(self, state: VehicleState | None) -> None:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from orchard_cli.model.vehicle import Command, FlightMode
 
 from .rules import RULES, off_plan, settled
-from .safety import MODES_ASKED, TABLE, TOLD, Phase, Seen, Tolerances, hazards, reaction
+from .safety import MODES_ASKED, TABLE, TOLD, Hazard, Phase, Seen, Tolerances, hazards, reaction
 from .stage import Decision, Stage, Steer
 
 ASK_AGAIN = 2.0  # s between two requests of the same thing: modes are told once a second
@@ -48,7 +48,7 @@ def step(stage: Stage, seen: Seen, now: float, tolerances: Tolerances) -> Decisi
         command = Command.DISARM  # it may be arming at this moment
     held = stage.phase in (Phase.HOLD, Phase.DIVERT)
     matter = tuple(h for h in found if held or h in TOLD or TABLE[stage.phase, h])
-    return Decision(after, _steer(after, seen, tolerances), command, matter)
+    return Decision(after, _steer(after, found, seen, tolerances), command, matter)
 
 
 def _engaged(stage: Stage, after: Stage, seen: Seen, tolerances: Tolerances) -> bool:
@@ -105,16 +105,16 @@ _STEERS = {
     Phase.RETURN: Steer.GO_BACK,
     Phase.DIVERT: Steer.DIVERT,
 }
+_BLIND = {Hazard.FRAME_LATE, Hazard.PLANNER_LATE}
 
 
-def _steer(stage: Stage, seen: Seen, tolerances: Tolerances) -> Steer:
+def _steer(stage: Stage, found: tuple[Hazard, ...], seen: Seen, tolerances: Tolerances) -> Steer:
     """A silent link gets no setpoint: an old one must not be obeyed when it comes back.
 
     On the way to a place to come down on, who sees nothing for a moment stands and waits for it.
     """
     if seen.silence > tolerances.silence:
         return Steer.NOTHING
-    late = seen.frame_age > tolerances.frame_age or seen.planner_age > tolerances.planner_age
-    if stage.phase is Phase.DIVERT and late:
+    if stage.phase is Phase.DIVERT and not _BLIND.isdisjoint(found):
         return Steer.STAND
     return _STEERS.get(stage.phase, Steer.NOTHING)

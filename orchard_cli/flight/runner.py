@@ -7,8 +7,6 @@ and the camera are simulated.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.records import Severity
 from orchard_cli.model.vehicle import Command, VehicleState
@@ -18,7 +16,7 @@ from .gauge import Gauge
 from .gear import Ending, Gear
 from .helm import Helm
 from .lookout import Lookout
-from .observer import Observer
+from .observer import Observer, Told
 from .passage import Passage
 from .phases import begin, step
 from .safety import Phase, Request, Seen, Tolerances
@@ -88,11 +86,7 @@ class Flight:
         self._lookout.look(state, now)
         self._lookout.think(state, self._gauge.load, self._observer.widening, now)
         self._hear(now)
-        request = None if self._asked is None else self._asked[0]
-        seen = self._observer.gather(stage, state, request, self._refused, now)
-        seen = replace(
-            seen, tank_empty=self._gauge.empty, log_lost=bool(self._gear.recorder.losses)
-        )
+        seen = self._observer.gather(stage, state, self._told(), now)
         decision = step(stage, seen, now, self._tolerances)
         after = decision.stage
         if after.phase is not stage.phase or after.since != stage.since:
@@ -105,6 +99,11 @@ class Flight:
         self._act(decision, state, now)
         self._tell(decision, seen, now)
         return after
+
+    def _told(self) -> Told:
+        request = None if self._asked is None else self._asked[0]
+        lost = bool(self._gear.recorder.losses)
+        return Told(request, self._refused, self._gauge.empty, lost)
 
     def _steady(self, state: VehicleState | None, now: float) -> None:
         """Tell of jumps of the estimate; the nose is now where it seems to be."""

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from orchard_cli.model.arrays import Vector
+from orchard_cli.model.tank import GRAVITY
 from orchard_cli.model.vehicle import VehicleState
 
-GRAVITY = 9.80665
 SMOOTHING = 3.0  # s: a gust that is over sooner is flown through
 
 

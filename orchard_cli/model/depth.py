@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Array, Vector, frozen
+from .arrays import Array, Indices, Points, Vector, frozen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,6 +34,12 @@ class DepthCamera:
             self, "body_from_camera", frozen(self.body_from_camera, (3, 3), "body_from_camera")
         )
         object.__setattr__(self, "position_body", frozen(self.position_body, (3,), "position"))
+
+    def points(self, u: Indices, v: Indices, depth: Array) -> Points:
+        """Where pixels (n,) columns and rows with depths (n,) m are: (n, 3) m, camera frame."""
+        return np.column_stack(
+            [(u - self.cx) / self.fx * depth, (v - self.cy) / self.fy * depth, depth]
+        )
 
 
 FORWARD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

@@ -6,8 +6,10 @@ into the site frame.
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from enum import Enum
+from itertools import takewhile
 
 import numpy as np
 
@@ -66,6 +68,12 @@ class Pose:
     time: float  # s, flight clock
     position_site: Vector  # (3,) m
     site_from_body: Vector  # (4,) quaternion w, x, y, z
+
+
+def poses_after(poses: deque[Pose], time: float) -> tuple[Pose, ...]:
+    """Those later than `time`, s, of poses in their order; only these are looked at."""
+    newer = tuple(takewhile(lambda pose: pose.time > time, reversed(poses)))
+    return newer[::-1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from itertools import takewhile
 
 from orchard_cli.model.arrays import Vector
 from orchard_cli.model.depth import DepthCamera, DepthFrame
 from orchard_cli.model.records import TruthRecord
 from orchard_cli.model.sensors import Sensed
 from orchard_cli.model.site import SiteOrigin
-from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState
+from orchard_cli.model.vehicle import Answer, Command, Pose, Setpoint, VehicleState, poses_after
 from orchard_cli.model.world import World
 
 from .autopilot import Autopilot, Mode, Result, Wanted
@@ -135,8 +134,7 @@ class LockstepVehicle:
     def poses(self, since: float) -> tuple[Pose, ...]:
         """Poses after `since`, oldest first, of the last two seconds."""
         oldest = max(since, self._autopilot.time - POSE_HISTORY)
-        newer = tuple(takewhile(lambda pose: pose.time > oldest, reversed(self._poses)))
-        return newer[::-1]
+        return poses_after(self._poses, oldest)
 
     def send(self, setpoint: Setpoint) -> None:
         """Stream this setpoint from now on."""

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from orchard_cli.flight.lookout import COMMIT
 from orchard_cli.flight.onboard import Onboard, OnboardJob
 from orchard_cli.flight.ports import Avoidance, Recorder
 from orchard_cli.flight.warmup import warm_up
@@ -24,7 +25,6 @@ from orchard_cli.motion.situation import Avoid, Keep
 from .frames import RATE, Seen, Stretch
 from .samples import Samples
 
-COMMIT = 0.3  # s, as in flight
 LATE = 0.01  # s from the exposure to the cycle's begin
 
 

@@ -52,10 +52,7 @@ def cloud(seen: Seen) -> tuple[Points, Points]:
     """The returns within range (n, 3) and the optical centre (3,), site frame, m."""
     camera, depth = seen.frame.camera, seen.frame.depth_mm / 1000.0
     v, u = np.nonzero((depth >= camera.range_min) & (depth <= camera.range_max))
-    z = depth[v, u]
-    in_camera = np.column_stack(
-        [(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z]
-    )
+    in_camera = camera.points(u, v, depth[v, u])
     site_from_body = matrix(seen.vehicle.site_from_body)
     origin = np.asarray(seen.vehicle.position_site) + site_from_body @ camera.position_body
     return in_camera @ (site_from_body @ camera.body_from_camera).T + origin, origin

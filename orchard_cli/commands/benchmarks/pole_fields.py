@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orchard_cli.flight.lookout import COMMIT
 from orchard_cli.mapping import OccupancyGrid
 from orchard_cli.model.arrays import Points
 from orchard_cli.model.depth import DepthFrame, d455
@@ -31,7 +32,6 @@ FREE_START = 2.0  # m around the vehicle: nearer ones would have been seen and a
 FREE_TARGET = 1.2  # m around the target to a pole's surface: the airframe can stand there
 AHEAD = (2.0, 4.5)  # m, where a pole is forced
 BESIDE = 0.2  # m, how far beside the line it may be
-COMMIT = 0.3  # s, as in flight
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchard_cli.commands.benchmarks.frames import in_flight
+from orchard_cli.flight.lookout import COMMIT
 from orchard_cli.flight.ports import Avoidance
 from orchard_cli.mapping import OccupancyGrid, Window
 from orchard_cli.model.arrays import Array, Points, Vector
@@ -23,7 +24,6 @@ from orchard_cli.model.world import Pole
 from orchard_cli.motion.situation import Keep, Situation
 from orchard_cli.motion.yaw import heading_ahead
 
-COMMIT = 0.3  # s, as in flight
 RATE = 15.0  # Hz
 REACH = 4.2  # m at which a new pole is in EGO-Planner's map: 4.5 m, and six frames
 HALF_VIEW = math.radians(40.0)  # of its camera, 640 px at 387 px focal length
