@@ -6,13 +6,13 @@ by which code, so that results of different campaigns are never mixed.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from orchard_cli.code_hash import code_hash
 from orchard_cli.errors import Fault, InputError
 
 FILE = "cases.ndjson"
@@ -66,13 +66,3 @@ class Ledger:
             file.write(line)
             file.flush()
             os.fsync(file.fileno())
-
-
-def code_hash() -> str:
-    """Of all sources of this package: the same code flies the same flight."""
-    package = Path(__file__).parents[1]
-    digest = hashlib.sha256()
-    for source in sorted(package.rglob("*.py")):
-        digest.update(str(source.relative_to(package)).encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]

@@ -8,7 +8,6 @@ import numpy as np
 
 from orchard_cli.model.arrays import Array
 from orchard_cli.model.records import (
-    NewTrajectory,
     PlannerRecord,
     Record,
     SafetyRecord,
@@ -23,7 +22,6 @@ class Witness:
     def __init__(self) -> None:
         self.phases: list[SafetyRecord] = []  # one for each change of phase
         self.decisions: dict[str, int] = {}  # of the avoidance system, by their kind
-        self.ways_round = 0  # new trajectories flown
         self.state: VehicleState | None = None  # newest telemetry
         self.contact = ""  # what was touched
         self.touched_at = math.inf  # s
@@ -47,8 +45,6 @@ class Witness:
                     self.phases.append(record)
             case PlannerRecord():
                 self.decisions[record.decision] = self.decisions.get(record.decision, 0) + 1
-            case NewTrajectory():
-                self.ways_round += 1
 
     @property
     def truth(self) -> Array:

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from .demo import MISSIONS, NAME
+from .demo import NAME
+from .shipped import MISSIONS
 
 
 def bench(

@@ -8,10 +8,7 @@ from typing import Annotated
 
 import typer
 
-from orchard_cli.errors import Fault, InputError
-
 NAME = "lemon-gazebo"
-MISSIONS = Path(__file__).resolve().parents[2] / "missions"
 
 
 def demo(
@@ -37,12 +34,10 @@ def demo(
     from .camera_options import camera_mode
     from .fly import demand_as_planned, fly_mission
     from .plan import plan
+    from .shipped import shipped
     from .wiring import Choices
 
-    survey, world = MISSIONS / f"{NAME}.survey.toml", MISSIONS / f"{NAME}.world.toml"
-    if not survey.exists():
-        where = "the demo needs the missions/ folder of the repository"
-        raise InputError(Fault(str(survey), where, "run it from a clone installed with pip -e"))
+    survey, world = shipped(f"{NAME}.survey.toml"), shipped(f"{NAME}.world.toml")
     choices = Choices(
         system=system, seed=seed, speed_factor=speed_factor, camera=camera_mode(camera)
     )

@@ -9,7 +9,7 @@ import numpy as np
 from orchard_cli.errors import Fault, InputError
 from orchard_cli.geometry.geodesy import wgs84_from_site
 from orchard_cli.model.arrays import Array, Points
-from orchard_cli.model.mission import Leg, Limits, Mission, Provenance, Segment
+from orchard_cli.model.mission import Leg, Mission, Provenance, Segment
 from orchard_cli.model.site import Orchard
 from orchard_cli.model.trajectory import BSpline, Trajectory
 from orchard_cli.model.wishes import FlightWishes
@@ -80,7 +80,9 @@ def plan_passes(
         landing_site=path[-1, :2],
         limits=limits,
         swath=wishes.swath,
-        energy_share=_energy_share(orchard, path, trajectory, limits),
+        energy_share=round(
+            energy.share_over(orchard, path[[0, -1]], trajectory.end, limits), _MICRONS
+        ),
         provenance=provenance,
         tank=wishes.tank,
         liquid=_liquid(wishes, flown, segments),
@@ -137,11 +139,6 @@ def _refuse_hopeless(
         faults += checks.area_faults(orchard, limits, path)
     if faults:
         raise InputError(faults)
-
-
-def _energy_share(orchard: Orchard, path: Points, trajectory: Trajectory, limits: Limits) -> float:
-    up, down = (end[2] - orchard.ground_near(end[:2]) for end in (path[0], path[-1]))
-    return round(energy.share(trajectory.end, float(up), float(down), limits), _MICRONS)
 
 
 def _tidy(trajectory: Trajectory) -> Trajectory:

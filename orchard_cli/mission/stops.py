@@ -38,7 +38,9 @@ def with_stops(mission: Mission) -> Mission:
         mission,
         trajectory=trajectory,
         segments=tuple(_segments(mission, reached[1:-1], trajectory.end)),
-        energy_share=_energy_share(mission, trajectory),
+        energy_share=energy.share_over(
+            mission.orchard, planned[[0, -1]], trajectory.end, mission.limits
+        ),
     )
     if faults := checks.check(found):
         raise InputError(faults)
@@ -62,10 +64,3 @@ def _segments(mission: Mission, reached: list[float], end: float) -> Iterator[Se
         yield replace(segment, start=begin, end=until)
         begin = until
     yield replace(mission.segments[-1], start=begin, end=end)
-
-
-def _energy_share(mission: Mission, trajectory: Trajectory) -> float:
-    ground = mission.orchard.ground_near
-    up = float(trajectory.control_points_site[0, 2]) - ground(mission.takeoff_site)
-    down = float(trajectory.control_points_site[-1, 2]) - ground(mission.landing_site)
-    return energy.share(trajectory.end, up, down, mission.limits)

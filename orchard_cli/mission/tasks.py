@@ -63,13 +63,7 @@ def plan_tasks(
         limits=limits,
         swath=wishes.swath,
         energy_share=round(
-            energy.share(
-                trajectory.end,
-                float(points[0, 2]) - ground,
-                float(points[-1, 2]) - orchard.ground_near(points[-1, :2]),
-                limits,
-            ),
-            _MICRONS,
+            energy.share_over(orchard, points[[0, -1]], trajectory.end, limits), _MICRONS
         ),
         provenance=provenance,
     )

@@ -151,7 +151,8 @@ def test_routes_end_before_each_pole_in_their_way(lemon):
 @pytest.fixture(scope="module")
 def lemon():
     from orchard_cli import mission as missions
-    from orchard_cli.commands.demo import MISSIONS, NAME
+    from orchard_cli.commands.demo import NAME
+    from orchard_cli.commands.shipped import MISSIONS
     from orchard_cli.commands.wiring import load_world
 
     mission = missions.load(MISSIONS / f"{NAME}.mission.json")

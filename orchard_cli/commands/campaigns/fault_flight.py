@@ -24,7 +24,7 @@ def fly(
     shared: SharedSimulator, mission: Mission, choices: Choices, log: Path, troubles: Troubles
 ) -> None:
     """As `orchard fly` does, in a simulator that belongs to somebody else."""
-    sys.stderr = open(log.with_suffix(".err"), "w", encoding="utf-8")  # noqa: SIM115
+    sys.stderr = open(log.with_suffix(".err"), "w", encoding="utf-8")  # noqa: SIM115  (until the process ends)
     mission = loaded(mission, choices)
     simulator = AttachedSimulator(shared)
     recorder = McapRecorder(log, overwrite=True)

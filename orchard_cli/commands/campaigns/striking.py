@@ -8,6 +8,7 @@ import resource
 import signal
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +91,7 @@ def _reboot(s: Scene) -> None:
 def _jumps(s: Scene) -> None:
     for k in range(6):
         step = (0.0, JUMP if k % 2 else -1.2 * JUMP, 0.0)
-        s.at(3.0 * k, lambda step=step: s.simulator.inject(EstimateJump(step)))  # type: ignore[misc]
+        s.at(3.0 * k, partial(s.simulator.inject, EstimateJump(step)))
 
 
 def _pilot(s: Scene) -> None:

@@ -137,18 +137,6 @@ def figure16(desk: Desk) -> list[Row]:
 TABLES = {"3": table3, "4": table4, "fig13": figure13, "6": table6, "fig16": figure16}
 
 
-@dataclass(frozen=True, slots=True)
-class _Mission:
-    """One flight over the field."""
-
-    table: str
-    name: str
-    course: fields.Course
-    level: float
-    paper: tuple[float | None, ...]
-    system: str = "dfa"
-
-
 def _flights(desk: Desk, plans: Sequence[_Plan]) -> Iterator[tuple[_Plan, Flight]]:
     """Each plan's flight, flown where that was not done."""
     made = [(plan, _choices(desk, plan), _world(desk, plan)) for plan in plans]

@@ -19,6 +19,8 @@ from orchard_cli.model.site import HeightReference, Orchard, SiteOrigin, TreeRow
 from orchard_cli.model.tank import SPRAYER, Load
 from orchard_cli.model.wishes import FlightWishes
 
+from .posts import posts
+
 HALF = 20.0  # m, rows run from -HALF to HALF
 HEIGHT = 3.0  # m
 ACCELERATION = 3.0  # m/s²: as hard as the paper's Fig. 10 brakes, where the load allows it
@@ -76,15 +78,10 @@ def world(obstacles: str, flown: Mission, seed: int) -> str:
 
     Two low posts before the take-off are what the depth camera sees before the vehicle may arm.
     """
-    x, y = (float(value) for value in flown.takeoff_site)
-    posts = "".join(
-        f"[[pole]]\nx_m = {x + 4.0}\ny_m = {y + side}\nradius_m = 0.2\nheight_m = 0.6\n"
-        for side in (-1.0, 1.0)
-    )
     return f"""name = "Ahmed 2022"
 seed = {seed}
 {obstacles}
-{posts}
+{posts(flown, 0.6)}
 [noise]
 position_m = 0.0
 height_m = 0.0

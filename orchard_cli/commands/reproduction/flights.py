@@ -6,12 +6,11 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import orchard_cli
 from orchard_cli import mission as missions
+from orchard_cli.code_hash import code_hash
 from orchard_cli.commands.wiring import Choices
 from orchard_cli.model.mission import Mission
 from orchard_cli.model.output_file import write_whole
@@ -55,7 +54,7 @@ class Task:
     def inputs(self) -> str:
         """A hash of all that the flight depends on, this package's code included."""
         chosen = json.dumps(asdict(self.choices), default=str, sort_keys=True)
-        parts = (_code(), self.mission, self.world, chosen)
+        parts = (code_hash(), self.mission, self.world, chosen)
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
@@ -126,12 +125,3 @@ def _kept(task: Task) -> dict[str, Any]:
 
 def _keep(task: Task, what: dict[str, Any]) -> None:
     write_whole(task.record, json.dumps(what, indent=1) + "\n")
-
-
-@cache
-def _code() -> str:
-    """A hash of the package's source files."""
-    root, found = Path(orchard_cli.__file__).parent, hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        found.update(str(path.relative_to(root)).encode() + path.read_bytes())
-    return found.hexdigest()

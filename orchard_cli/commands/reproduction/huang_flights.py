@@ -18,6 +18,7 @@ from orchard_cli.commands.wiring import Choices
 
 from .desk import Desk
 from .flights import Task
+from .posts import posts
 from .rows import Row
 
 if TYPE_CHECKING:
@@ -122,10 +123,6 @@ def _mission(case: _Case) -> Mission:
 
 
 def _world(case: _Case, seed: int) -> str:
-    x, y = (float(value) for value in _mission(case).takeoff_site)
-    seen = "".join(  # before the vehicle may arm, its camera must see something
-        f"[[pole]]\nx_m = {x + 4.0}\ny_m = {y + side}\nradius_m = 0.2\nheight_m = 0.4\n"
-        for side in (-1.0, 1.0)
-    )
+    seen = posts(_mission(case), 0.4)
     wind = f"[wind]\nspeed_m_s = {WIND}\ntowards_deg = 0.0\n"
     return f'name = "{case.scene}"\nseed = {seed}\n{SCENES[case.scene]}{seen}{wind}'

@@ -9,8 +9,6 @@ from collections.abc import Sequence
 from statistics import median
 from typing import TYPE_CHECKING
 
-from orchard_cli.errors import Fault, InputError
-
 from .desk import Desk
 from .rows import Row
 
@@ -55,15 +53,12 @@ def _flights(desk: Desk, table: str, orchard: str, figures: str) -> list[Row]:
 
 def _tasks(desk: Desk, orchard: str, system: str, seeds: Sequence[int]) -> list[Task]:
     from orchard_cli import mission as missions
-    from orchard_cli.commands.demo import MISSIONS
+    from orchard_cli.commands.shipped import shipped
     from orchard_cli.commands.wiring import Choices
 
     from .flights import Task
 
-    file, world = MISSIONS / f"{orchard}.mission.json", MISSIONS / f"{orchard}.world.toml"
-    if not file.exists():
-        what = "the missions/ folder of the repository is needed"
-        raise InputError(Fault(str(file), what, "run it from a clone installed with pip -e"))
+    file, world = shipped(f"{orchard}.mission.json"), shipped(f"{orchard}.world.toml")
     mission, toml = missions.load(file), world.read_text(encoding="utf-8")
     return [
         Task.of(

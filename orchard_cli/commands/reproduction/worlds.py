@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orchard_cli.errors import Fault, InputError
-
 from .desk import Desk
 from .flights import Outcome, Task
 from .rows import Row
@@ -76,14 +74,13 @@ TABLES = {"worlds": grand}
 
 def worlds() -> list[Path]:
     """World files that have a mission. Raises InputError when there are none."""
-    from orchard_cli.commands.demo import MISSIONS
+    from orchard_cli.commands.shipped import MISSIONS, missing
 
     found = sorted(
         world for world in MISSIONS.glob("*.world.toml") if _mission_file(world).exists()
     )
     if not found:
-        what = "no worlds: the missions/ folder of the repository is needed"
-        raise InputError(Fault(str(MISSIONS), what, "run it from a clone installed with pip -e"))
+        raise missing(MISSIONS)
     return found
 
 

@@ -161,11 +161,11 @@ def _task(case: Case, settings: EgoSettings) -> Task:
 
 def _lemon() -> tuple[Mission, Sequence[Pole]]:
     from orchard_cli import mission as missions
-    from orchard_cli.commands.demo import MISSIONS
+    from orchard_cli.commands.shipped import shipped
     from orchard_cli.simulator.world_file import load_with_bytes
 
-    mission = missions.load(MISSIONS / "lemon-gazebo.mission.json")
-    world, _ = load_with_bytes(MISSIONS / "lemon-gazebo.world.toml", mission.orchard)
+    mission = missions.load(shipped("lemon-gazebo.mission.json"))
+    world, _ = load_with_bytes(shipped("lemon-gazebo.world.toml"), mission.orchard)
     return replace(mission, limits=_LIMITS), world.poles
 
 
@@ -174,7 +174,7 @@ def _shifted(poles: Sequence[Pole], by: float) -> list[Pole]:
 
 
 def _flight(mode: _Mode, mission: Mission, poles: Sequence[Pole]) -> tuple[float, ...]:
-    from orchard_cli.motion.fit import distances
+    from orchard_cli.motion.fit import distances, lengths_of
 
     waypoints = np.asarray(mission.waypoints_site)
     reference = _goals(mission) if mode.stops else _at_once(waypoints)
@@ -183,7 +183,7 @@ def _flight(mode: _Mode, mission: Mission, poles: Sequence[Pole]) -> tuple[float
     inside = slice(int(np.argmin(away[0])), int(np.argmin(away[1])) + 1)
     places, times = flown.places[inside], flown.times[inside]
     off = distances(places * [1, 1, 0], waypoints * [1, 1, 0])
-    moved = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    moved = float(lengths_of(places)[-1])
     return (
         moved, float(times[-1] - times[0]), flown.clearance(poles),
         float(off.mean()), float(off.max()), float(flown.curves),
@@ -204,7 +204,9 @@ def _goals(mission: Mission) -> Trajectory:
 
 def _at_once(waypoints: Points) -> Trajectory:
     """Straight legs at constant speed, from rest."""
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1))])
+    from orchard_cli.motion.fit import lengths_of
+
+    lengths = lengths_of(waypoints)
     interval = 0.5
     along = np.append(np.arange(0.0, lengths[-1], interval * _LIMITS.speed), lengths[-1])
     points = np.column_stack([np.interp(along, lengths, axis) for axis in waypoints.T])
