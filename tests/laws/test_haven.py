@@ -14,16 +14,15 @@ from orchard_cli.flight.safety import Hazard, Phase, Request, Tolerances
 from orchard_cli.flight.stage import Stage, Steer
 from orchard_cli.geometry.area import Area
 from orchard_cli.model.vehicle import FlightMode
-from tests.laws.test_flight_loop import (  # noqa: F401
+from tests.laws.test_safety import decide, seen, vehicle
+from tests.loop import (
     HEIGHT,
     blind,
     fly,
-    mission,
     phases,
     see,
     world_of,
 )
-from tests.laws.test_safety import decide, seen, vehicle
 
 
 class Known:
@@ -43,7 +42,7 @@ def nearest(havens, here, known):
 
 @settings(deadline=None)
 @given(st.floats(-4, 16), st.floats(-4, 10))
-def test_a_free_place_is_near_over_no_tree_and_inside(mission, x, y):  # noqa: F811
+def test_a_free_place_is_near_over_no_tree_and_inside(mission, x, y):
     fence = np.array([[-5.0, -5.0], [17.0, -5.0], [17.0, 11.0], [-5.0, 11.0]])
     found = nearest(Havens(mission, Area(fence)), np.array([x, y, HEIGHT]), Known())
     assert found is not None
@@ -55,7 +54,7 @@ def test_a_free_place_is_near_over_no_tree_and_inside(mission, x, y):  # noqa: F
     assert Area(fence).margins(place[None])[0] >= 0.35
 
 
-def test_what_the_map_has_found_there_or_on_the_way_is_not_landed_on(mission):  # noqa: F811
+def test_what_the_map_has_found_there_or_on_the_way_is_not_landed_on(mission):
     havens, here = Havens(mission, area_of(mission)), np.array([6.0, 3.0, HEIGHT])
     assert nearest(havens, here, Known()) == Haven((6.0, 3.0), 0.0)
     box = [(6.0, 3.0, 1.0)]
@@ -65,12 +64,12 @@ def test_what_the_map_has_found_there_or_on_the_way_is_not_landed_on(mission):  
     assert nearest(havens, here, Known(box + wall)).place_site[1] <= 3.0
 
 
-def test_a_place_that_was_not_seen_is_not_known_to_be_free(mission):  # noqa: F811
+def test_a_place_that_was_not_seen_is_not_known_to_be_free(mission):
     havens = Havens(mission, area_of(mission))
     assert nearest(havens, np.array([6.0, 3.0, HEIGHT]), Known(seen=False)) is None
 
 
-def test_on_the_ground_and_where_nothing_is_allowed_there_is_no_place(mission):  # noqa: F811
+def test_on_the_ground_and_where_nothing_is_allowed_there_is_no_place(mission):
     havens = Havens(mission, area_of(mission))
     assert nearest(havens, np.array([6.0, 3.0, 0.0]), Known()) is None
     small = np.array([[5.9, 2.9], [6.1, 2.9], [6.1, 3.1], [5.9, 3.1]])
@@ -134,7 +133,7 @@ def test_a_route_that_is_over_lands_where_it_was_planned():
 
 
 @pytest.mark.parametrize("events", [[], [(30.6, blind), (33.6, see)]], ids=["seeing", "blinded"])
-def test_asked_to_land_over_a_row_it_comes_down_beside_the_trees(mission, events):  # noqa: F811
+def test_asked_to_land_over_a_row_it_comes_down_beside_the_trees(mission, events):
     """On the way back it has seen what is beside the row: it lands there, not on a tree."""
     ending, ideal, ledger = fly(
         mission, world_of(mission), requests=[(30.0, Request.LAND)], events=events

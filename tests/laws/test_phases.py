@@ -15,7 +15,6 @@ from orchard_cli.flight.stage import Stage, Steer
 from orchard_cli.flight.wind import Lean
 from orchard_cli.model.tank import SPRAYER, Load
 from orchard_cli.model.vehicle import Command, FlightMode, Landed
-from tests.laws.test_flight_loop import mission  # noqa: F401
 from tests.laws.test_safety import decide, seen, vehicle
 
 
@@ -122,7 +121,7 @@ def test_the_pilot_keeps_the_vehicle_until_it_is_disarmed_or_left_to_him():
     assert decide(Phase.ENDED, vehicle=flown).stage.phase is Phase.ENDED
 
 
-def reasons(mission, **changes):  # noqa: F811
+def reasons(mission, **changes):
     ages = {"frame_age": changes.pop("frame_age", 0.1), "planner_age": changes.pop("planner", 0.1)}
     x, y = mission.takeoff_site
     state = standing(**{"position_site": np.array([x, y, 0.0]), **changes})
@@ -142,13 +141,13 @@ def reasons(mission, **changes):  # noqa: F811
         ({"not_ready": ("no GPS",)}, "no GPS"),
     ],
 )
-def test_every_reason_against_arming_is_told_with_its_mend(mission, changes, words):  # noqa: F811
+def test_every_reason_against_arming_is_told_with_its_mend(mission, changes, words):
     assert reasons(mission) == ()
     (only,) = reasons(mission, **changes)
     assert words in only
 
 
-def test_without_telemetry_and_outside_the_fence_nothing_is_armed(mission):  # noqa: F811
+def test_without_telemetry_and_outside_the_fence_nothing_is_armed(mission):
     assert not_ready(mission, None, 0.1, 0.1, Tolerances())
     x, y = mission.takeoff_site
     ring = np.array([[x - 1, y - 1], [x + 1, y - 1], [x + 1, y + 1], [x - 1, y + 1]])

@@ -15,13 +15,12 @@ from orchard_cli.model.mission import Limits
 from orchard_cli.model.records import LogLine, SafetyRecord
 from orchard_cli.model.vehicle import Setpoint
 from orchard_cli.model.world import Pole
-from tests.laws.test_flight_loop import (  # noqa: F401
+from tests.laws.test_safety import decide, seen
+from tests.loop import (
     fly,
-    mission,
     path,
     world_of,
 )
-from tests.laws.test_safety import decide, seen
 
 ERRORS = st.floats(0.0, 3.0)
 
@@ -104,7 +103,7 @@ def test_beyond_the_limit_it_holds_and_goes_on_when_it_follows_again(phase):
         assert later.stage.phase is then
 
 
-def test_the_planner_is_given_the_room_that_the_autopilot_needs(mission):  # noqa: F811
+def test_the_planner_is_given_the_room_that_the_autopilot_needs(mission):
     """A vehicle that strays by 0.45 m passes a pole with the airframe and more to spare."""
 
     def stray(ideal):
